@@ -79,7 +79,7 @@ pub fn main() -> ExitCode {
     let ended = match (&arguments.headless, &arguments.output) {
         (Some(scene), Some(output)) => cli::headless::run(&arguments, scene, output),
         _ if arguments.bench => cli::bench::run(&arguments),
-        _ => app::window::open(&arguments.files, arguments.limits),
+        _ => app::window::open(&arguments.files, arguments.limits, &arguments.suns),
     };
     match ended {
         Ok(()) => ExitCode::SUCCESS,

@@ -40,6 +40,7 @@
 //! | split-sum reflection | [`SplitSum`] | `specular` |
 //! | spheres that hide the sky | [`GpuSphereShadows`] | `accumulate`, `sky_light` |
 //! | a part of a moving scene under spheres, fields and what stands still | [`GpuMovingPart`], [`FieldResponse`], [`StillGrid`] | `shadow_fields`, `product`, `still_visibility` and those above |
+//! | suns that cast shadows by themselves | [`SunsApart`], [`SceneView::with_suns`] | `sun_shadow`, `sun_light`, `sunlit_*` |
 //! | pictures of scenes | [`SceneView`], [`SurfaceShading`], [`GlossyMesh`], [`Storage`], [`GpuCamera`] | `transfer`, `clustered`, `glossy`, `basis`, `camera`, `surface`, `shade_*`, `draw_*`, `backdrop`, `resolve`, `tone`, `display` |
 //! | without a window: frames to files, times of passes | [`write_turntable`], [`render_turntable`], [`TurningLight`], [`BenchReport`] | |
 //!
@@ -91,5 +92,6 @@ pub use renderer::renderer::{PassTime, Renderer};
 pub use scene_view::camera::GpuCamera;
 pub use scene_view::options::{SceneViewOptions, ViewOutput};
 pub use scene_view::scene_view::SceneView;
+pub use scene_view::suns_apart::SunsApart;
 pub use scene_view::surface_shading::{GlossyMesh, SurfaceShading};
 pub use storage::Storage;

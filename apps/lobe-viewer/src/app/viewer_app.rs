@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use eframe::egui::{
     Align2, Area, Context, Frame, Id, Key, KeyboardShortcut, Modifiers, Panel, ThemePreference, Ui, ViewportCommand,
 };
+use lobe::env::SunChoice;
 use lobe::image::FileFormat;
 use lobe::scene::SceneFormat;
 
@@ -47,6 +48,7 @@ pub struct ViewerApp {
     files: FileList,
     drops: Drops,
     limits: ReadLimits,
+    suns: SunChoice,
     exports: Exports,
     notice: Notice,
     lost: Arc<AtomicBool>,
@@ -76,6 +78,7 @@ impl ViewerApp {
             files: FileList::default(),
             drops: Drops::default(),
             limits: ReadLimits::default(),
+            suns: SunChoice::Auto,
             exports,
             notice: Notice::default(),
             lost: Arc::default(),
@@ -154,6 +157,13 @@ impl ViewerApp {
         Self { limits, ..self }
     }
 
+    /// The same viewer with other suns that are looked for in skies.
+    #[must_use]
+    pub fn looking_for_suns(mut self, suns: SunChoice) -> Self {
+        self.rooms.each(|room| room.look_for_suns(&suns));
+        Self { suns, ..self }
+    }
+
     /// The room of motion.
     #[must_use]
     pub fn motion(&self) -> &MotionRoom {
@@ -178,9 +188,10 @@ impl ViewerApp {
             self.rooms.each(|room| room.forget_pictures(gpu));
         }
         let kept = Kept { recent: self.kept.recent.clone(), room: self.kept.room, ..Kept::default() };
-        let (lost, limits) = (self.lost.clone(), self.limits);
+        let (lost, limits, suns) = (self.lost.clone(), self.limits, self.suns.clone());
         let first = Self::with(kept, self.gpu.take(), self.folder.clone());
-        let before = std::mem::replace(self, first.reporting_loss_to(lost).reading_within(limits));
+        let first = first.reporting_loss_to(lost).reading_within(limits).looking_for_suns(suns);
+        let before = std::mem::replace(self, first);
         self.exports = before.exports.with_plan(&self.kept.export);
         self.notice = before.notice;
         ctx.request_repaint();

@@ -9,6 +9,7 @@ use anyhow::{anyhow, bail};
 use eframe::egui::ViewportBuilder;
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup};
 use eframe::{NativeOptions, wgpu};
+use lobe::env::SunChoice;
 use lobe_gpu::Context;
 
 use crate::app::kept::{Kept, LEAST};
@@ -25,13 +26,13 @@ const MOST_LOSSES: usize = 3;
 
 /// Opens the window on what was left open, or on these files, and returns when it is closed. One whose device is lost is opened again
 /// on another device, as it was.
-pub(crate) fn open(files: &[PathBuf], limits: ReadLimits) -> anyhow::Result<()> {
+pub(crate) fn open(files: &[PathBuf], limits: ReadLimits, suns: &SunChoice) -> anyhow::Result<()> {
     let said = keep_panics_quiet();
     for losses in 0..=MOST_LOSSES {
         let lost = Arc::new(AtomicBool::new(false));
         let files = if losses == 0 { files } else { &[] };
         let device = Arc::new(OnceLock::new());
-        let ended = catch_unwind(AssertUnwindSafe(|| run((files, limits), losses, &lost, &device)));
+        let ended = catch_unwind(AssertUnwindSafe(|| run((files, limits, suns), losses, &lost, &device)));
         match ended {
             Ok(Ok(())) if !lost.load(Ordering::Relaxed) => return Ok(()),
             Ok(Err(error)) if losses == 0 => return Err(error),
@@ -62,7 +63,7 @@ fn is_gone(device: &OnceLock<Context>) -> bool {
 }
 
 fn run(
-    (files, limits): (&[PathBuf], ReadLimits),
+    (files, limits, suns): (&[PathBuf], ReadLimits, &SunChoice),
     losses: usize,
     lost: &Arc<AtomicBool>,
     device: &Arc<OnceLock<Context>>,
@@ -74,13 +75,14 @@ fn run(
         .with_min_inner_size(LEAST)
         .with_drag_and_drop(true);
     let options = NativeOptions { viewport, wgpu_options: device_options(), ..NativeOptions::default() };
-    let (files, lost, device) = (files.to_vec(), lost.clone(), device.clone());
+    let (files, suns, lost, device) = (files.to_vec(), suns.clone(), lost.clone(), device.clone());
     let create = Box::new(move |creation: &eframe::CreationContext<'_>| {
         let gpu = creation.wgpu_render_state.as_ref().map(Gpu::of_window);
         if let Some(gpu) = &gpu {
             device.get_or_init(|| gpu.context().clone());
         }
-        let mut app = ViewerApp::new(gpu, UserFolder::of_user(), &files).reporting_loss_to(lost).reading_within(limits);
+        let app = ViewerApp::new(gpu, UserFolder::of_user(), &files).reporting_loss_to(lost).reading_within(limits);
+        let mut app = app.looking_for_suns(suns);
         if losses > 0 {
             app.complain("The graphics device was lost; the window was opened again with what was kept");
         }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, anyhow, bail};
 use clap::{ArgGroup, Parser, ValueEnum as _};
+use lobe::env::SunChoice;
 use lobe::image::{FileFormat, FrameSequence, Tone};
 use lobe::io::{JobArgs, OptionError, flag, worded};
 use lobe::motion::MovingMethod;
@@ -36,6 +37,14 @@ pub(crate) struct Arguments {
     /// The environment: a picture, bundled:sunset, bundled:studio, made:evening, made:noon or made:even
     #[arg(long, value_name = "ENV", default_value = "made:evening")]
     pub(crate) env: PathBuf,
+    /// Suns that cast shadows by themselves, beside the expansion: auto finds in a map up to four, each of a
+    /// hundredth of its light at least; a number takes so many at most, of which a device shows four; a .json file of
+    /// lobe env sun --json adds its own
+    #[arg(long, value_name = "auto|none|N|FILE", default_value_t)]
+    pub(crate) suns: SunChoice,
+    /// Texels along each side of the map from which the shadow of a sun is found
+    #[arg(long, value_name = "N", default_value_t = 1024, requires = "without_window", value_parser = clap::value_parser!(u16).range(16..=8192))]
+    pub(crate) shadow_side: u16,
     /// What is behind the scene, as of `lobe render`: the environment; light, the bands that light the scene; none,
     /// with which pictures have an alpha; or a color, #rrggbb of sRGB or r,g,b of linear radiance
     #[arg(long, value_name = "env|light|none|COLOR", default_value_t = Background::Env, requires = "headless")]
@@ -120,7 +129,9 @@ impl Arguments {
         let Some(output) = &self.output else { return Ok(()) };
         let inputs = [Some(&self.env), self.headless.as_ref(), self.transfer.as_ref()];
         // By what they lead to: names may be links, or lead through other folders.
-        let inputs = inputs.into_iter().flatten().chain(&self.parts).filter_map(|input| input.canonicalize().ok());
+        let suns = if let SunChoice::File(path) = &self.suns { Some(path) } else { None };
+        let inputs =
+            inputs.into_iter().flatten().chain(suns).chain(&self.parts).filter_map(|input| input.canonicalize().ok());
         let inputs: Vec<PathBuf> = inputs.collect();
         let is_input = |output: &PathBuf| output.canonicalize().is_ok_and(|output| inputs.contains(&output));
         let (frames, seconds_per_frame) = (usize::from(self.frames), TurntableOptions::default().seconds);

@@ -29,7 +29,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(1));
     // As the window draws what moves.
     let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));
-    let Prepared { context, view, light, order, vertices, name, .. } =
+    let options = options.shadow_side(u32::from(arguments.shadow_side));
+    let Prepared { context, view, light, suns, order, vertices, name, .. } =
         prepare(arguments, opened, &options.output(ViewOutput::Display))?;
     let rate = BenchReport::frames_per_second(&view, &light, FRAMES.max(usize::from(arguments.frames)))?;
     let report = BenchReport::of_view(&view, RUNS)?;
@@ -53,7 +54,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         });
         let text = json!({
             "machine": report.device, "scene": name, "vertices": vertices, "order": order,
-            "mode": mode, "size": size, "rays": rays, "frames_per_second": rate,
+            "mode": mode, "suns": suns, "size": size, "rays": rays, "frames_per_second": rate,
             "passes": report.passes.iter().map(pass).collect::<Vec<_>>(),
             "exponentials": shadows, "copied_bytes_per_second": copied,
         });
@@ -69,6 +70,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         1e-6 * bytes as f64
     );
     println!("{name}: {vertices} vertices, {mode}, order {order}, {width} x {height}, {rays} x {rays} samples a pixel");
+    if suns > 0 {
+        println!("suns beside the expansion: {suns}, shadows of {0} x {0} texels", options.shadow_side);
+    }
     println!("{rate:.1} frames a second with the sky turning");
     if let Some(found) = shadows {
         println!(

@@ -8,7 +8,7 @@ use lobe::io::Job;
 use lobe::motion::{MovingMethod, MovingOptions, MovingScene, MovingShading};
 use lobe::sh::Rgb;
 use lobe::shadow::SphereFitMethod;
-use lobe_gpu::{SceneView, SceneViewOptions, SurfaceShading, TurntableOptions};
+use lobe_gpu::{SceneView, SceneViewOptions, SunsApart, SurfaceShading, TurntableOptions};
 
 use crate::cli::args::{Arguments, camera_around};
 use crate::cli::failure::note;
@@ -16,10 +16,10 @@ use crate::cli::prepared::device;
 use crate::cli::progress::progress;
 use crate::cli::shown::ORDER;
 use crate::loading::backdrop::Behind;
-use crate::loading::moving_bakes::moving_bake_options;
+use crate::loading::moving_bakes::{leaves_suns, moving_bake_options};
 use crate::loading::moving_light::MovingLight;
 use crate::loading::moving_source::{is_file, open_moving, split_for_shadows, with_files};
-use crate::loading::sky_source::open_sky;
+use crate::loading::sky_source::open_sky_with;
 
 /// Renders a scene that moves at `--frames` moments, from the begin of its time to shortly before its end, where it begins anew.
 pub(crate) fn run(
@@ -29,8 +29,9 @@ pub(crate) fn run(
     output: &Path,
 ) -> anyhow::Result<()> {
     arguments.check_surfaces()?;
-    let sky = open_sky(&arguments.env, &arguments.limits)?;
+    let sky = open_sky_with(&arguments.env, &arguments.limits, &arguments.suns)?;
     let mut scene = with_files(open_moving(source, &arguments.limits)?, &arguments.parts)?;
+    let parts_suns = leaves_suns(&scene);
     split_for_shadows(&mut scene, source, Job::default().watched_by(&mut progress("split")))?;
     let baked = scene.order();
     let order = arguments.order.map_or(baked.unwrap_or(ORDER), usize::from);
@@ -39,18 +40,23 @@ pub(crate) fn run(
     }
     bake(&mut scene, (method, order), arguments, is_file(source))?;
     let shading = MovingShading::new(MovingOptions::default().order(order).method(method))?;
-    let light = sky.light.resized(order);
+    let all = sky.split_to(order);
+    let suns = if parts_suns { all.suns().len().min(SunsApart::MOST) } else { 0 };
+    // More suns than are shown, and those of what came baked, are in the expansion.
+    let light = SunsApart::Shadowed(suns).split(&all).into_owned();
     let [begin, end] = scene.span();
     let frames = usize::from(arguments.frames);
     let time = |frame: usize| begin + (end - begin) * frame as f64 / frames as f64;
     let first = scene.at(begin)?;
     let context = device(arguments)?;
-    let behind = Behind::new(arguments.background, || light.clone());
+    let behind = Behind::new(arguments.background, || all.whole());
     let environment = behind.on_device(&context, Some(&sky.map));
     let mut lit = MovingLight::new(shading, Some(&context), arguments.lit_on);
     let radiance = vec![Rgb::new(0.0, 0.0, 0.0); first.scene().vertex_count()];
     let shown = SurfaceShading::Radiance(&radiance);
-    let view = SceneView::new(&context, first.scene(), &shown, environment.as_ref(), options)?;
+    let apart = if suns == 0 { SunsApart::No } else { SunsApart::Shadowed(suns) };
+    let view = SceneView::with_suns(&context, first.scene(), (&shown, apart), environment.as_ref(), options)?;
+    view.set_scene_light(&light)?;
     let camera = camera_around(&arguments.camera, bounds(&scene, (0..frames).map(time))?)?;
     view.set_camera(&camera)?;
     let alpha = behind.alpha(&context, first.scene(), options, &camera)?;
@@ -61,7 +67,7 @@ pub(crate) fn run(
         for frame in 0..frames {
             let moment = scene.at(time(frame))?;
             view.set_vertices(moment.scene())?;
-            lit.show(&moment, &light, &view)?;
+            lit.show(&moment, light.rest(), &view)?;
             view.render()?;
             let mut picture = view.picture()?;
             if let Some(alpha) = &alpha {

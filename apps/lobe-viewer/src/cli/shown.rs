@@ -8,7 +8,7 @@ use lobe::io::Job;
 use lobe::prt::{
     AnyTransfer, BakeMode, Baked, CompressedTransfer, FittedVertices, GlossyLobe, Recipe, Transfer, TransferMatrices,
 };
-use lobe_gpu::{Environment, GlossyMesh, SplitSum, Storage, SurfaceShading};
+use lobe_gpu::{Environment, GlossyMesh, SplitSum, Storage, SunsApart, SurfaceShading};
 
 use crate::cli::args::{Arguments, ModeName};
 use crate::cli::progress::progress;
@@ -16,6 +16,7 @@ use crate::loading::bake::{GlossyBake, SceneData, bake_glossy, bake_options, bak
 use crate::loading::kept_transfer::{KeptTransfer, to_vectors};
 use crate::loading::mode::Mode;
 use crate::loading::places::Places;
+use crate::loading::suns::{bake_direct, suns_apart};
 
 /// Bands without another choice, where nothing is baked yet.
 pub(crate) const ORDER: usize = 4;
@@ -30,10 +31,11 @@ const ROUGHNESS: f64 = 0.5;
 pub(crate) enum Shown {
     /// Irradiance of normals, of this order.
     Irradiance(usize),
-    /// Transfer of vertices or texels, and the meshes that shine instead.
-    Transfer(Transfer, Places, Vec<GlossyBake>),
+    /// Transfer of vertices or texels in a mode, its part without reflections where suns need it, and the meshes that
+    /// shine instead.
+    Transfer { mode: Mode, transfer: Transfer, direct: Option<Transfer>, places: Places, glossy: Vec<GlossyBake> },
     /// Transfer in clusters.
-    Clusters(CompressedTransfer),
+    Clusters(Mode, CompressedTransfer),
     /// Transfer matrices of all vertices, by one lobe.
     Matrices(TransferMatrices, GlossyLobe),
     /// Microfacets of one roughness.
@@ -41,12 +43,14 @@ pub(crate) enum Shown {
 }
 
 impl Shown {
-    /// What the arguments ask for: read or baked; `baked` is what the file of the scene holds.
+    /// What the arguments ask for: read or baked; `baked` is what the file of the scene holds. With suns beside the
+    /// expansion also what these need is baked.
     pub(crate) fn new(
         arguments: &Arguments,
         data: &SceneData,
         baked: Option<Box<Baked>>,
         sky: &MappedMap,
+        has_suns: bool,
     ) -> anyhow::Result<Self> {
         arguments.check_surfaces()?;
         let mode = match arguments.mode {
@@ -69,7 +73,8 @@ impl Shown {
             if mode.bakes() != [found] {
                 bail!("--transfer {name}: baked as {0}; ask for --mode {0}", found.name());
             }
-            return Self::kept(arguments, &name.to_string(), (transfer, places));
+            let of = Kept { name: &name.to_string(), mode, recipe: &recipe, has_suns };
+            return of.shown(arguments, data, (transfer, places));
         }
         if let Some(file) = baked {
             if mode == Mode::Irradiance {
@@ -81,27 +86,17 @@ impl Shown {
                 bail!("--mode {wanted}: {name} was baked as {found}; ask for that, or for the scene it was baked from");
             }
             let places = Places::vertices(&file.recipe);
-            return Self::kept(arguments, &data.name, (file.transfer.into(), places));
+            let of = Kept { name: &data.name, mode, recipe: &file.recipe, has_suns };
+            return of.shown(arguments, data, (file.transfer.into(), places));
         }
-        Self::baked(arguments, mode, data)
+        Self::baked(arguments, mode, data, has_suns)
     }
 
-    /// Transfer that file `name` holds; clusters stay clusters where a device can show them.
-    fn kept(arguments: &Arguments, name: &str, (transfer, places): (AnyTransfer, Places)) -> anyhow::Result<Self> {
-        expect_order(arguments, name, transfer.order())?;
-        match (transfer, places) {
-            (AnyTransfer::Compressed(compressed), Places::Vertices) => Ok(Self::Clusters(compressed)),
-            (transfer, places) => {
-                let transfer = to_vectors(transfer, name, &arguments.limits).map_err(|line| anyhow!(line))?;
-                Ok(Self::Transfer(transfer, places, Vec::new()))
-            }
-        }
-    }
-
-    fn baked(arguments: &Arguments, mode: Mode, data: &SceneData) -> anyhow::Result<Self> {
+    fn baked(arguments: &Arguments, mode: Mode, data: &SceneData, has_suns: bool) -> anyhow::Result<Self> {
         let (order, samples) = (arguments.order.map_or(ORDER, usize::from), arguments.samples);
+        let needs_direct = has_suns && mode == Mode::Interreflected;
         let mut baked = Vec::new();
-        for &mode in mode.bakes() {
+        for &mode in mode.bakes().iter().chain(needs_direct.then_some(&BakeMode::Shadowed)) {
             let options = bake_options(mode, order, samples);
             let (transfer, _) = bake_scene(data, &options, progress(format!("{} transfer", mode.name())))?;
             baked.push((mode, transfer));
@@ -110,7 +105,10 @@ impl Shown {
         let glossy = if is_shining { bake_glossy(data, order, samples, progress("metals"))? } else { Vec::new() };
         let of = |mode: BakeMode| baked.iter().find(|(found, _)| *found == mode).map(|(_, transfer)| transfer);
         Ok(match mode.transfer(of)? {
-            Some(transfer) => Self::Transfer(transfer, Places::Vertices, glossy),
+            Some(transfer) => {
+                let direct = of(BakeMode::Shadowed).filter(|_| needs_direct).cloned();
+                Self::Transfer { mode, transfer, direct, places: Places::Vertices, glossy }
+            }
             None => Self::Irradiance(order),
         })
     }
@@ -148,8 +146,8 @@ impl Shown {
     pub(crate) fn order(&self) -> usize {
         match self {
             Self::Irradiance(order) => *order,
-            Self::Transfer(transfer, ..) => transfer.order(),
-            Self::Clusters(compressed) => compressed.order(),
+            Self::Transfer { transfer, .. } => transfer.order(),
+            Self::Clusters(_, compressed) => compressed.order(),
             Self::Matrices(matrices, _) => matrices.order(),
             Self::Specular(..) => ORDER,
         }
@@ -158,8 +156,18 @@ impl Shown {
     /// The meshes that shine among matte ones, for a device.
     pub(crate) fn meshes(&self) -> Vec<GlossyMesh<'_>> {
         match self {
-            Self::Transfer(_, _, glossy) => glossy.iter().map(GlossyBake::on_device).collect(),
+            Self::Transfer { glossy, .. } => glossy.iter().map(GlossyBake::on_device).collect(),
             _ => Vec::new(),
+        }
+    }
+
+    /// How a device shows so many suns with it.
+    pub(crate) fn suns(&self, count: usize) -> SunsApart<'_> {
+        match self {
+            Self::Irradiance(_) => suns_apart(Mode::Irradiance, true, None, count),
+            Self::Transfer { mode, direct, .. } => suns_apart(*mode, true, direct.as_ref(), count),
+            Self::Clusters(mode, _) => suns_apart(*mode, true, None, count),
+            Self::Matrices(..) | Self::Specular(..) => SunsApart::No,
         }
     }
 
@@ -167,10 +175,45 @@ impl Shown {
     pub(crate) fn shading<'a>(&'a self, meshes: &'a [GlossyMesh<'a>], storage: Storage) -> SurfaceShading<'a> {
         match self {
             Self::Irradiance(order) => SurfaceShading::Irradiance(*order),
-            Self::Transfer(transfer, places, _) => places.shading(transfer, meshes, storage),
-            Self::Clusters(compressed) => SurfaceShading::Clusters(compressed),
+            Self::Transfer { transfer, places, .. } => places.shading(transfer, meshes, storage),
+            Self::Clusters(_, compressed) => SurfaceShading::Clusters(compressed),
             Self::Matrices(matrices, lobe) => SurfaceShading::Glossy(matrices, *lobe, storage),
             Self::Specular(split, roughness) => SurfaceShading::Specular(split, *roughness),
+        }
+    }
+}
+
+/// Transfer that a file holds.
+struct Kept<'a> {
+    name: &'a str,
+    mode: Mode,
+    recipe: &'a Recipe,
+    has_suns: bool,
+}
+
+impl Kept<'_> {
+    /// Clusters stay clusters where a device can show them, which it cannot beside transfer without reflections.
+    fn shown(
+        &self,
+        arguments: &Arguments,
+        data: &SceneData,
+        (transfer, places): (AnyTransfer, Places),
+    ) -> anyhow::Result<Shown> {
+        let Self { name, mode, recipe, has_suns } = *self;
+        expect_order(arguments, name, transfer.order())?;
+        let needs_direct = has_suns && mode == Mode::Interreflected;
+        match (transfer, places) {
+            (AnyTransfer::Compressed(compressed), Places::Vertices) if !needs_direct => {
+                Ok(Shown::Clusters(mode, compressed))
+            }
+            (transfer, places) => {
+                let transfer = to_vectors(transfer, name, &arguments.limits).map_err(|line| anyhow!(line))?;
+                let mut watch = progress("direct transfer");
+                let job = Job::default().watched_by(&mut watch);
+                let direct = || bake_direct(data, (recipe, transfer.order()), &places, job);
+                let direct = needs_direct.then(direct).transpose()?;
+                Ok(Shown::Transfer { mode, transfer, direct, places, glossy: Vec::new() })
+            }
         }
     }
 }

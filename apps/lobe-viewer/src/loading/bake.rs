@@ -23,7 +23,7 @@ use crate::loading::task::Control;
 const FIRST_SAMPLES: [u32; 2] = [8, 64];
 
 /// A scene of more paths is not baked before the user asks for it: it would take minutes.
-const MOST_UNASKED: u64 = 250_000 * 256;
+pub(crate) const MOST_UNASKED: u64 = 250_000 * 256;
 
 /// How long a bake waits for its scene to be drawn: a hidden window draws nothing.
 const MOST_WAIT: Duration = Duration::from_secs(2);
@@ -104,7 +104,11 @@ pub(crate) enum SceneNews {
         places: Places,
         /// The transfer.
         transfer: Arc<Transfer>,
+        /// How a file says that it was baked.
+        recipe: Option<Arc<Recipe>>,
     },
+    /// The part without reflections of transfer of a file.
+    Direct(Arc<Transfer>),
     /// Matrices of the meshes that shine.
     Glossy(Vec<GlossyBake>),
     /// It is large, or in a page, and not baked yet.
@@ -114,7 +118,8 @@ pub(crate) enum SceneNews {
 impl SceneNews {
     fn of_bake(mode: BakeMode, samples: u32, transfer: Transfer) -> Self {
         let samples = Some(samples);
-        Self::Baked { mode, samples, bounces: BOUNCES, places: Places::Vertices, transfer: Arc::new(transfer) }
+        let (places, transfer) = (Places::Vertices, Arc::new(transfer));
+        Self::Baked { mode, samples, bounces: BOUNCES, places, transfer, recipe: None }
     }
 
     pub(crate) fn of_file(transfer: Transfer, recipe: &Recipe, places: Places) -> Self {
@@ -124,6 +129,7 @@ impl SceneNews {
             bounces: recipe.bounces.unwrap_or(BOUNCES),
             places,
             transfer: Arc::new(transfer),
+            recipe: Some(Arc::new(recipe.clone())),
         }
     }
 }

@@ -16,6 +16,7 @@ use crate::loading::backdrop::{Behind, write_frames};
 use crate::loading::bake::{GlossyBake, SceneData};
 use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
+use crate::loading::suns::ShownSuns;
 
 /// The largest side of a picture, in pixels, and the most pictures of a turntable: what fits into a few gigabytes.
 pub(crate) const MOST_PIXELS: u32 = 4096;
@@ -103,6 +104,7 @@ pub struct SceneExport {
     pub(crate) places: Places,
     pub(crate) order: usize,
     pub(crate) glossy: Vec<GlossyBake>,
+    pub(crate) suns: ShownSuns,
     pub(crate) sky: Option<OpenedSky>,
     pub(crate) behind: Behind,
     pub(crate) light: TurningLight,
@@ -132,7 +134,8 @@ impl SceneExport {
         let [width, height] = plan.size;
         let options = SceneViewOptions::default().width(width).height(height).rays(plan.rays);
         let environment = self.behind.on_device(context, self.sky.as_ref().map(|sky| &*sky.shown));
-        let view = SceneView::new(context, &self.data.scene, &shading, environment.as_ref(), &options)?;
+        let shading = (&shading, self.suns.apart());
+        let view = SceneView::with_suns(context, &self.data.scene, shading, environment.as_ref(), &options)?;
         view.set_camera(&self.camera)?;
         let alpha = self.behind.alpha(context, &self.data.scene, &options, &self.camera)?;
         let step = std::f64::consts::TAU / frames.max(1) as f64;

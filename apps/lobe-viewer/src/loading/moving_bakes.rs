@@ -1,6 +1,6 @@
 //! Bakes of the parts of what moves.
 
-use lobe::motion::MovingBakeOptions;
+use lobe::motion::{MovingBakeOptions, MovingScene};
 use lobe::prt::{BakeMode, BakeOptions};
 use lobe::shadow::{FieldOptions, SphereFitMethod, SphereFitOptions};
 
@@ -15,6 +15,12 @@ const FIT_SAMPLES: usize = 1500;
 
 /// Times as many spheres for a part that changes its shape: it has limbs.
 const DEFORMED: usize = 4;
+
+/// Whether all transfer of a scene that was opened is baked here, without reflections: then suns that cast shadows by
+/// themselves are no part of its light. What came baked may reflect them.
+pub(crate) fn leaves_suns(opened: &MovingScene) -> bool {
+    opened.order().is_none()
+}
 
 /// The options of the transfer of parts.
 pub(crate) fn moving_transfer_options(order: usize) -> BakeOptions {

@@ -3,8 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use anyhow::Context as _;
 use lobe::env::{
-    EnvMap, Ground, MappedMap, PreethamSky, Sky as _, project_map, read_map, read_map_bytes, reconstruct, sky_map,
+    EnvMap, Ground, MappedMap, PreethamSky, SceneLight, Sky as _, SunChoice, project_map, read_map, read_map_bytes,
+    reconstruct, sky_map,
 };
 use lobe::image::FileFormat;
 use lobe::prt::Transfer;
@@ -56,6 +58,8 @@ pub struct OpenedSky {
     pub map: Arc<MappedMap>,
     /// Its expansion, of the highest order of the window.
     pub light: Arc<ShVec<Rgb<f64>>>,
+    /// The same in two parts: suns, and the expansion of the rest.
+    pub(crate) split: Arc<SceneLight>,
     /// The map for a device to show: the same, or one in fewer texels where textures there have not as many.
     pub(crate) shown: Arc<MappedMap>,
 }
@@ -84,8 +88,13 @@ fn open_expansion(source: &Path, name: &str) -> anyhow::Result<MappedMap> {
 /// # Errors
 /// One line that says what is wrong with the file or the name.
 pub fn open_sky(source: &Path, limits: &ReadLimits) -> anyhow::Result<OpenedSky> {
+    open_sky_with(source, limits, &SunChoice::None)
+}
+
+/// The same with suns beside the expansion, as [`SceneLight::of_map`].
+pub(crate) fn open_sky_with(source: &Path, limits: &ReadLimits, suns: &SunChoice) -> anyhow::Result<OpenedSky> {
     let (name, map) = read_sky(source, limits)?;
-    Ok(OpenedSky::of(name, map))
+    OpenedSky::of(name, map).with_suns(source, suns)
 }
 
 /// The name and the map of an environment, which is expanded after that.
@@ -111,8 +120,25 @@ impl OpenedSky {
     /// A map with its expansion, which is made now.
     pub(crate) fn of(name: String, map: MappedMap) -> Self {
         let light = Arc::new(project_map(&map, Transfer::MAX_ORDER));
-        let map = Arc::new(map);
-        Self { name, shown: map.clone(), map, light }
+        let (map, split) = (Arc::new(map), Arc::new(SceneLight::from((*light).clone())));
+        Self { name, shown: map.clone(), map, light, split }
+    }
+
+    /// The same with suns beside the expansion of the rest; those of a file of an expansion are not looked for.
+    fn with_suns(self, source: &Path, suns: &SunChoice) -> anyhow::Result<Self> {
+        let split = if is_expansion(source) {
+            SceneLight::of_expansion((*self.light).clone(), suns)
+        } else if *suns == SunChoice::None {
+            return Ok(self);
+        } else {
+            SceneLight::of_map(&self.map, Transfer::MAX_ORDER, suns)
+        };
+        Ok(Self { split: Arc::new(split.context("--suns")?), ..self })
+    }
+
+    /// The suns of the sky, and the expansion of the rest to an order.
+    pub(crate) fn split_to(&self, order: usize) -> SceneLight {
+        SceneLight::new(self.split.rest().resized(order), self.split.suns().to_vec())
     }
 
     /// The same for a device whose textures have at most so many texels along each side.
@@ -148,7 +174,7 @@ fn made_sky(theta: f64, phi: f64, strength: f64, tint: [f64; 3]) -> anyhow::Resu
 pub(crate) fn open(
     control: &Control<OpenedSky>,
     source: &Path,
-    limits: &ReadLimits,
+    (limits, suns): (&ReadLimits, &SunChoice),
     most: usize,
 ) -> Result<(), String> {
     control.stage(format!("reading {}", source.file_name().unwrap_or_default().to_string_lossy()));
@@ -157,7 +183,8 @@ pub(crate) fn open(
         return Ok(());
     }
     control.stage(format!("expanding {name}, {} x {} texels", map.width(), map.height()));
-    let opened = OpenedSky::of(name, map).shown_within(most);
+    let opened = OpenedSky::of(name, map).with_suns(source, suns).map_err(|error| format!("{error:#}"))?;
+    let opened = opened.shown_within(most);
     if !control.is_cancelled() {
         control.send(opened);
     }

@@ -93,6 +93,12 @@ impl LightHand<'_> {
     }
 }
 
+/// Whether suns of the sky are apart from its expansion.
+pub(crate) fn suns_control(ui: &mut Ui, has_suns: &mut bool) {
+    let hint = "Suns of the sky cast shadows by themselves; else its expansion spreads them over the sky";
+    ui.checkbox(has_suns, "Suns apart").on_hover_text(hint);
+}
+
 /// The rotation of a sky that is tilted about +x, then turned about +z.
 pub(crate) fn sky_rotation(turn: f64, tilt: f64) -> Rotation {
     Rotation::from_axis_angle(Dir::X, tilt).then(Rotation::from_axis_angle(Dir::Z, turn))
@@ -112,20 +118,27 @@ pub(crate) fn angle(ui: &mut Ui, radians: &mut f64, range: RangeInclusive<f64>, 
 /// The map of a sky, the order, and what was done to the expansion.
 type TamedKey = (Arc<MappedMap>, usize, Taming);
 
-/// The tamed expansion of a sky, which remains while it turns.
+/// The tamed expansions of a sky, of all light and without suns, which remain while it turns.
 #[derive(Debug, Default)]
-pub(crate) struct TamedSky(Option<(TamedKey, ShVec<Rgb<f64>>)>);
+pub(crate) struct TamedSky([Option<(TamedKey, ShVec<Rgb<f64>>)>; 2]);
 
 impl TamedSky {
-    /// The expansion to an order, tamed.
-    pub(crate) fn of(&mut self, sky: &OpenedSky, order: usize, taming: Taming) -> &ShVec<Rgb<f64>> {
+    /// The expansion to an order, tamed: of all light, or without suns.
+    pub(crate) fn of(
+        &mut self,
+        sky: &OpenedSky,
+        (order, is_without_suns): (usize, bool),
+        taming: Taming,
+    ) -> &ShVec<Rgb<f64>> {
         let is_other =
             |(map, kept_order, kept): &TamedKey| !Arc::ptr_eq(map, &sky.map) || (*kept_order, *kept) != (order, taming);
-        if self.0.as_ref().is_some_and(|(key, _)| is_other(key)) {
-            self.0 = None;
+        let place = &mut self.0[usize::from(is_without_suns)];
+        if place.as_ref().is_some_and(|(key, _)| is_other(key)) {
+            *place = None;
         }
-        let made = || ((sky.map.clone(), order, taming), taming.tamed(&sky.light.resized(order)));
-        &self.0.get_or_insert_with(made).1
+        let light = if is_without_suns { sky.split.rest() } else { &sky.light };
+        let made = || ((sky.map.clone(), order, taming), taming.tamed(&light.resized(order)));
+        &place.get_or_insert_with(made).1
     }
 }
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use eframe::egui::Ui;
+use lobe::env::SunChoice;
 
 use crate::loading::file_kind::FileKind;
 use crate::loading::limits::ReadLimits;
@@ -34,6 +35,9 @@ pub(crate) trait Room {
 
     /// Frees what the device holds of its pictures.
     fn forget_pictures(&mut self, _: &Gpu) {}
+
+    /// Looks for these suns in skies that are opened from now on.
+    fn look_for_suns(&mut self, _: &SunChoice) {}
 
     /// Reads files within these limits from now on.
     fn read_within(&mut self, _: ReadLimits) {}

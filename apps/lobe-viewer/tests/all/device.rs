@@ -132,6 +132,8 @@ fn distance_of_ground(gpu: &Gpu, sky: &str, order: usize, is_enough: impl Fn(f64
     std::fs::write(&ground, "v -2 0 2\nv 2 0 2\nv 2 0 -2\nv -2 0 -2\nf 1 2 3\nf 1 3 4\n").unwrap();
     let mut edits = SceneEdits::default();
     (edits.scene, edits.sky, edits.order, edits.mode) = (ground, sky.into(), order, Mode::Irradiance);
+    // The expansion holds all light.
+    edits.has_suns = false;
     let room = SceneRoom::new(edits, None, UserFolder::none());
     let show = |ui: &mut eframe::egui::Ui, room: &mut SceneRoom| {
         room.advance(ui.ctx());

@@ -20,5 +20,6 @@ mod press;
 mod scene;
 mod sky;
 mod sky_numbers;
+mod still_pictures;
 mod task;
 mod wait;

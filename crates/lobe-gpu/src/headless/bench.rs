@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 use std::fmt;
 
-use lobe_sh::{Dir, Rgb, Rotation, ShVec};
+use lobe_env::SceneLight;
+use lobe_sh::{Dir, Rotation};
 use web_time::Instant;
 
 use crate::context::context::Context;
@@ -69,13 +70,13 @@ impl BenchReport {
     ///
     /// # Errors
     /// [`GpuError::Options`] if there are no frames; [`GpuError::Device`] if the device fails.
-    pub fn frames_per_second(view: &SceneView, light: &ShVec<Rgb<f64>>, frames: usize) -> Result<f64, GpuError> {
+    pub fn frames_per_second(view: &SceneView, light: &SceneLight, frames: usize) -> Result<f64, GpuError> {
         if frames == 0 {
             return Err(GpuError::Options("expected at least one frame, found none".into()));
         }
         let frame = |number: usize| {
             let turn = Rotation::from_axis_angle(Dir::Z, TAU * number as f64 / frames as f64);
-            view.set_light(&light.rotated(&turn))?;
+            view.set_scene_light(&light.rotated(&turn))?;
             view.turn_backdrop(&turn)?;
             view.render()?;
             view.renderer().context().wait()

@@ -54,7 +54,7 @@ pub fn render_turntable(
     let mut tone = options.tone;
     for number in 0..options.frames {
         let turn = Rotation::from_axis_angle(Dir::Z, number as f64 * options.step);
-        view.set_light(&light.turned(&turn))?;
+        view.set_scene_light(&light.turned(&turn))?;
         view.turn_backdrop(&light.begin.then(turn))?;
         view.render()?;
         let picture = view.picture()?;

@@ -19,6 +19,10 @@ const MODULES: &[(&str, &str)] = modules! {
     "dfg" => "dfg.wgsl",
     "dispatch" => "dispatch.wgsl",
     "display" => "display.wgsl",
+    "draw_masked_sun_shadow" => "draw_masked_sun_shadow.wgsl",
+    "draw_sun_shadow" => "draw_sun_shadow.wgsl",
+    "draw_sunlit_transfer" => "draw_sunlit_transfer.wgsl",
+    "draw_sunlit_vertices" => "draw_sunlit_vertices.wgsl",
     "draw_surface" => "draw_surface.wgsl",
     "draw_transfer" => "draw_transfer.wgsl",
     "draw_vertices" => "draw_vertices.wgsl",
@@ -41,9 +45,14 @@ const MODULES: &[(&str, &str)] = modules! {
     "specular" => "specular.wgsl",
     "still_visibility" => "still_visibility.wgsl",
     "stored_numbers" => "stored_numbers.wgsl",
+    "sun_light" => "sun_light.wgsl",
+    "sun_shadow" => "sun_shadow.wgsl",
+    "sunlit_surface" => "sunlit_surface.wgsl",
+    "sunlit_vertices" => "sunlit_vertices.wgsl",
     "surface" => "surface.wgsl",
     "tone" => "tone.wgsl",
     "transfer" => "transfer.wgsl",
+    "transfer_texture" => "transfer_texture.wgsl",
 };
 
 /// The source of a shader.

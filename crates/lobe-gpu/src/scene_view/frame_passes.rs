@@ -1,4 +1,4 @@
-//! The passes that depend on the size of the picture: surfaces, what is behind them, and display.
+//! The passes that depend on the size of the picture: maps of suns, surfaces, what is behind them, and display.
 
 use crate::context::context::Context;
 use crate::error::GpuError;
@@ -9,7 +9,9 @@ use crate::renderer::pass::Pass;
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
 use crate::scene_view::options::{SceneViewOptions, ViewOutput};
-use crate::scene_view::surface_shading::{Corners, SurfacePass};
+use crate::scene_view::sun_maps::{DEPTHS, SunMaps};
+use crate::scene_view::suns_apart::MAPS;
+use crate::scene_view::surface_pass::{Corners, SurfacePass};
 
 /// The format of the display.
 const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -17,12 +19,14 @@ const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// The textures whose sizes are those of the picture.
 const TEXTURES: [&str; 5] = ["samples", "depth", "picture", "display", "drawn"];
 
-/// Bytes from vertex to vertex of the attributes `vertices` and `radiance`, which are fetched in this order.
-const STRIDES: &[u64] = &[32, 16];
+/// Bytes from vertex to vertex of the attributes, of which positions are fetched first.
+const STRIDES: &[u64] = &[32, 16, 16, 16];
 
 /// What is drawn in every frame.
 #[derive(Clone, Debug)]
 pub(crate) struct FramePasses {
+    /// Of so many suns, drawn before all else.
+    pub(crate) shadows: (usize, Vec<SurfacePass>),
     pub(crate) surfaces: Vec<SurfacePass>,
     /// The shader of what is behind them.
     pub(crate) backdrop: Option<Shader>,
@@ -120,6 +124,7 @@ impl FramePasses {
             (1, false) => ("display", Shown::Display, None),
             _ => ("samples", Shown::Light, None),
         };
+        self.add_shadows(renderer, options.shadow_side)?;
         let target = Target { name, shown, samples: of_shade, means };
         for (number, surface) in self.surfaces.iter().enumerate() {
             add_surface(renderer, surface, target, number == 0)?;
@@ -130,29 +135,58 @@ impl FramePasses {
         add_display(renderer, options.rays, has_light)
     }
 
+    /// Adds the maps of suns.
+    fn add_shadows(&self, renderer: &mut Renderer, side: u32) -> Result<(), GpuError> {
+        let (maps, passes) = &self.shadows;
+        let Some(size) = SunMaps::texture(*maps, side)? else { return Ok(()) };
+        renderer.target(MAPS, size, DISPLAY)?;
+        renderer.target_of_samples(DEPTHS, size, DEPTH, 1)?;
+        for (number, surface) in passes.iter().enumerate() {
+            let slots: Vec<Slot> = surface.reads.iter().map(|(_, slot)| *slot).collect();
+            let meets = Meets { target: DISPLAY, depth: Depth::Tested, samples: 1, strides: strides(surface) };
+            let drawing = Drawing::new(renderer.context(), &surface.name, &surface.shader, &slots, &meets)?;
+            let pass = surface
+                .reads
+                .iter()
+                .fold(drawn(surface, &drawing, number == 0), |pass, (used, _)| pass.read_use(used.clone()));
+            renderer.add(pass.write(MAPS).write(DEPTHS))?;
+        }
+        Ok(())
+    }
+
     /// Takes out the passes and the textures that [`FramePasses::add_to`] makes; the others remain.
     pub(crate) fn remove_from(renderer: &mut Renderer) -> Result<(), GpuError> {
         let before = renderer.take_passes();
-        TEXTURES.iter().for_each(|name| renderer.forget(name));
+        TEXTURES.iter().chain(&[MAPS, DEPTHS]).for_each(|name| renderer.forget(name));
         before.into_iter().filter(|pass| !pass.is_draw()).try_for_each(|pass| renderer.add(pass))
     }
 }
 
 fn add_surface(renderer: &mut Renderer, surface: &SurfacePass, target: Target, is_first: bool) -> Result<(), GpuError> {
     let slots = std::iter::once(Slot::Uniform).chain(surface.reads.iter().map(|(_, slot)| *slot)).collect();
-    let strides =
-        if let Corners::Indexed(_, attributes) = &surface.corners { &STRIDES[..attributes.len()] } else { &[] };
-    let (name, shader) = (surface.name.as_str(), surface.shader.clone());
+    let (name, shader, strides) = (surface.name.as_str(), surface.shader.clone(), strides(surface));
     let program = Program { name, shader, slots, depth: Depth::Tested, samples: target.samples, strides };
     let drawing = program.drawing(renderer.context(), target.shown)?;
-    let pass = match &surface.corners {
-        Corners::Indexed(range, attributes) => {
-            Pass::draw(name, &drawing, range.clone(), is_first).by_indices("indices", attributes)
-        }
-        Corners::Numbered(range) => Pass::draw(name, &drawing, range.clone(), is_first),
-    };
-    let pass = surface.reads.iter().fold(pass.read("camera"), |pass, (used, _)| pass.read_use(used.clone()));
+    let pass = drawn(surface, &drawing, is_first).read("camera");
+    let pass = surface.reads.iter().fold(pass, |pass, (used, _)| pass.read_use(used.clone()));
     renderer.add(target.written_by(pass))
+}
+
+fn strides(surface: &SurfacePass) -> &'static [u64] {
+    match &surface.corners {
+        Corners::Indexed(_, _, attributes) => &STRIDES[..attributes.len()],
+        Corners::Numbered(_) => &[],
+    }
+}
+
+/// A pass that draws the corners of triangles, without what it reads and writes.
+fn drawn(surface: &SurfacePass, drawing: &Drawing, is_first: bool) -> Pass {
+    match &surface.corners {
+        Corners::Indexed(range, indices, attributes) => {
+            Pass::draw(&surface.name, drawing, range.clone(), is_first).by_indices(indices, attributes)
+        }
+        Corners::Numbered(range) => Pass::draw(&surface.name, drawing, range.clone(), is_first),
+    }
 }
 
 /// The shader of what is behind all surfaces.

@@ -1,6 +1,7 @@
 //! The light of surfaces, as their shaders take it.
 
-use lobe_sh::{Expansion as _, Rgb, ShVec, Zonal};
+use lobe_env::SceneLight;
+use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec, Zonal};
 
 use crate::error::GpuError;
 use crate::renderer::renderer::Renderer;
@@ -15,6 +16,9 @@ pub(crate) struct Lights(pub(crate) Vec<(String, LightUse)>);
 pub(crate) enum LightUse {
     Radiance(usize),
     Irradiance(usize),
+    /// All light, then the negative of that of the suns, for transfer with its part without reflections.
+    Reflected(usize),
+    /// All light, the suns too.
     Lobe(usize, Zonal),
     /// The radiance of vertices comes from elsewhere.
     Given,
@@ -26,18 +30,25 @@ impl Lights {
         self.0.iter().any(|(_, of)| matches!(of, LightUse::Given))
     }
 
-    /// Uploads an expansion of the radiance of the surroundings, in the world frame.
-    pub(crate) fn update(&self, renderer: &Renderer, light: &ShVec<Rgb<f64>>) -> Result<(), GpuError> {
+    /// Uploads the expansions of a light, in the world frame, whose suns are apart from them.
+    pub(crate) fn update(&self, renderer: &Renderer, light: &SceneLight) -> Result<(), GpuError> {
+        let rest = light.rest();
         for (name, of) in &self.0 {
             match of {
                 LightUse::Given => {}
-                LightUse::Radiance(order) => renderer.update(name, &light_vectors(light.coefficients(), *order))?,
+                LightUse::Radiance(order) => renderer.update(name, &light_vectors(rest.coefficients(), *order))?,
                 LightUse::Irradiance(order) => {
-                    let irradiance = light.convolved(&Zonal::clamped_cosine(*order));
+                    let irradiance = rest.convolved(&Zonal::clamped_cosine(*order));
                     renderer.update(name, &light_vectors(irradiance.coefficients(), *order))?;
                 }
+                LightUse::Reflected(order) => {
+                    let less: ShVec<Rgb<f64>> = light.of_suns().map(|c| c.scale(-1.0));
+                    let mut vectors = light_vectors(light.whole().coefficients(), *order);
+                    vectors.extend(light_vectors(less.coefficients(), *order));
+                    renderer.update(name, &vectors)?;
+                }
                 LightUse::Lobe(order, lobe) => {
-                    renderer.update(name, &lobe_light(light.coefficients(), lobe, *order))?;
+                    renderer.update(name, &lobe_light(light.whole().coefficients(), lobe, *order))?;
                 }
             }
         }

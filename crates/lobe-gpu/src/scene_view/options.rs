@@ -22,6 +22,9 @@ pub struct SceneViewOptions {
     /// and of depth. Linear light is not drawn so, as few devices can: more [rays](SceneViewOptions::rays) smooth that.
     /// Default: true.
     pub multisample: bool,
+    /// Texels along each side of the map of what a sun sees, of a view that shows suns
+    /// [apart](crate::SunsApart): at least 16, eight bytes for each texel. Default: 1024.
+    pub shadow_side: u32,
 }
 
 /// Samples of a pixel, which every device can draw.
@@ -42,7 +45,7 @@ pub enum ViewOutput {
 
 impl Default for SceneViewOptions {
     fn default() -> Self {
-        Self { width: 512, height: 384, rays: 2, output: ViewOutput::default(), multisample: true }
+        Self { width: 512, height: 384, rays: 2, output: ViewOutput::default(), multisample: true, shadow_side: 1024 }
     }
 }
 

@@ -1,5 +1,6 @@
 //! A scene in a picture: passes from its light to the display.
 
+use lobe_env::SceneLight;
 use lobe_image::{Curve, Exposure, Picture, Tone};
 use lobe_scene::Scene;
 use lobe_sh::{Rgb, Rotation, ShVec};
@@ -11,13 +12,16 @@ use crate::moving::gpu_moving_part::GpuMovingPart;
 use crate::renderer::pieces::VALUE;
 use crate::renderer::renderer::Renderer;
 use crate::scene_view::camera::GpuCamera;
+use crate::scene_view::expected::{expect_values, vectors};
 use crate::scene_view::frame_passes::{FramePasses, backdrop_shader};
 use crate::scene_view::lights::Lights;
 use crate::scene_view::options::{SceneViewOptions, ViewOutput};
 use crate::scene_view::scene_buffers::{check_scene, vertices_of};
+use crate::scene_view::sun_maps::SunMaps;
+use crate::scene_view::sunlit_vertices::{NORMALS, normals_of};
+use crate::scene_view::suns_apart::{SunsApart, limited};
 use crate::scene_view::surface_pieces::{PlaceOrder, SurfacePieces};
 use crate::scene_view::surface_shading::SurfaceShading;
-use crate::scene_view::surface_shading::{expect_values, vectors};
 
 /// A scene on a device, ready to be seen under any light by any camera.
 ///
@@ -26,10 +30,11 @@ use crate::scene_view::surface_shading::{expect_values, vectors};
 /// only. Pixels differ where an edge passes within a 256th of a pixel of a sample: devices snap corners to such a grid (test
 /// `pictures_by_transfer_are_those_of_the_processor`).
 ///
-/// The passes: those of the shading, `surfaces`, `backdrop`, `resolve` unless a pixel is one sample, `tone` unless only the display is
-/// kept. Turning the light uploads `n²` colors. A scene beyond the bindings of the device is drawn in pieces, each pass
-/// for one of them, with vertices that several pieces share in each; of a lightmap that is too large in another order, which shows
-/// only where surfaces coincide. A picture, an environment, and one texture have to fit as they are.
+/// The passes: those of suns that cast shadows, those of the shading, `surfaces`, `backdrop`, `resolve` unless a
+/// pixel is one sample, `tone` unless only the display is kept. Turning the light uploads `n²` colors. A scene beyond
+/// the bindings of the device is drawn in pieces, each pass for one of them, with vertices that several pieces share
+/// in each; of a lightmap that is too large in another order, which shows only where surfaces coincide. A picture, an
+/// environment, and one texture have to fit as they are.
 #[derive(Debug)]
 pub struct SceneView {
     renderer: Renderer,
@@ -40,6 +45,7 @@ pub struct SceneView {
     origin: [f64; 3],
     order: PlaceOrder,
     vertices: usize,
+    suns: SunMaps,
     options: SceneViewOptions,
 }
 
@@ -54,6 +60,23 @@ impl SceneView {
         context: &Context,
         scene: &Scene,
         shading: &SurfaceShading<'_>,
+        backdrop: Option<&Environment>,
+        options: &SceneViewOptions,
+    ) -> Result<Self, GpuError> {
+        Self::with_suns(context, scene, (shading, SunsApart::No), backdrop, options)
+    }
+
+    /// The same with suns that light the scene beside the expansion, each with a pass `shadows of sun k` before the
+    /// others, if they cast shadows: from a map of what it sees, at the resolution of
+    /// [`SceneViewOptions::shadow_side`] over the whole scene, by percentage-closer soft shadows [Fernando 2005].
+    ///
+    /// # Errors
+    /// [`GpuError::Options`] if the shading has all light in an expansion, or the transfer without reflections is of
+    /// other receivers or of another order than that which is shown; else as [`SceneView::new`].
+    pub fn with_suns(
+        context: &Context,
+        scene: &Scene,
+        (shading, suns): (&SurfaceShading<'_>, SunsApart<'_>),
         backdrop: Option<&Environment>,
         options: &SceneViewOptions,
     ) -> Result<Self, GpuError> {
@@ -72,21 +95,24 @@ impl SceneView {
             // Vertices and indices are all that is drawn by.
             context.expect_storage("surfaces with holes")?;
         }
-        let pieces = SurfacePieces::new(scene, &shading.most(context, scene))?;
+        let pieces = SurfacePieces::new(scene, &shading.most(context, scene, &suns))?;
         renderer.upload("vertices", &pieces.order.placed(vertices_of(scene)))?;
-        let (surfaces, lights) = shading.prepare(&mut renderer, scene, &pieces)?;
+        let (surfaces, lights) = shading.prepare(&mut renderer, scene, &pieces, suns)?;
+        let maps = SunMaps::add_to(&mut renderer, scene, &suns, options.shadow_side)?;
+        let shadows = (suns.maps(), maps.passes(&mut renderer, scene, &pieces)?);
         renderer.uniform("tone", &[0.0_f32; 4])?;
         renderer.uniform("rays", &[0_u32; 4])?;
         if let Some(environment) = backdrop {
             environment.add_to(&mut renderer, "sky")?;
         }
-        let frame = FramePasses { surfaces, backdrop: backdrop.map(backdrop_shader) };
+        let frame = FramePasses { shadows, surfaces, backdrop: backdrop.map(backdrop_shader) };
         frame.add_to(&mut renderer, options)?;
         let skies = [("sky shape", backdrop), ("reflected shape", shading.reflected())];
         let skies = skies.into_iter().filter_map(|(name, sky)| Some((name, sky?.shape()))).collect();
         let vertices = scene.vertex_count();
         let order = pieces.order;
-        let view = Self { renderer, lights, frame, skies, origin, order, vertices, options: *options };
+        let options = *options;
+        let view = Self { renderer, lights, frame, skies, origin, order, vertices, suns: maps, options };
         view.set_tone(&Tone::PLAIN)?;
         Ok(view)
     }
@@ -112,13 +138,17 @@ impl SceneView {
     pub fn resize(&mut self, options: &SceneViewOptions) -> Result<(), GpuError> {
         let samples = options.samples()?;
         let most = self.renderer.context().max_texture_side();
-        if samples[0].max(samples[1]) > most {
+        let maps = SunMaps::texture(self.frame.shadows.0, options.shadow_side)?.unwrap_or_default();
+        if samples.into_iter().chain(maps).any(|side| side > most) {
             let [width, height] = samples;
-            let message = format!("expected at most {most} samples along each side, found {width} x {height}");
+            let message = format!(
+                "expected at most {most} samples along each side, and of the maps of suns, found {width} x {height}"
+            );
             return Err(GpuError::Unsupported { place: "picture".into(), message });
         }
         FramePasses::remove_from(&mut self.renderer)?;
         self.frame.add_to(&mut self.renderer, options)?;
+        self.suns.resize(&self.renderer, options.shadow_side)?;
         self.options = *options;
         Ok(())
     }
@@ -138,7 +168,18 @@ impl SceneView {
     /// # Errors
     /// [`GpuError::Device`] if the device fails.
     pub fn set_light(&self, light: &ShVec<Rgb<f64>>) -> Result<(), GpuError> {
-        self.lights.update(&self.renderer, light)
+        self.set_scene_light(&light.clone().into())
+    }
+
+    /// Sets a light of suns and an expansion of the rest. Of a view that is not made for so many suns the expansion
+    /// holds the others.
+    ///
+    /// # Errors
+    /// As [`SceneView::set_light`].
+    pub fn set_scene_light(&self, light: &SceneLight) -> Result<(), GpuError> {
+        let light = limited(light, self.suns.most());
+        self.suns.light(&self.renderer, &light)?;
+        self.lights.update(&self.renderer, &light)
     }
 
     /// Sets the radiance of all vertices, of a view that shows [`SurfaceShading::Radiance`].
@@ -197,6 +238,10 @@ impl SceneView {
                     vertex.position[axis] = (f64::from(vertex.position[axis]) + (from[axis] - to[axis])) as f32;
                 }
             }
+        }
+        self.suns.bound(&self.renderer, scene.world_bounds())?;
+        if self.renderer.has(NORMALS) {
+            self.renderer.update(NORMALS, &self.order.placed(normals_of(scene)))?;
         }
         self.renderer.update("vertices", &self.order.placed(vertices))
     }

@@ -19,11 +19,16 @@ use crate::renderer::pass::Use;
 use crate::renderer::pieces::{VALUE, aligned_items};
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
+use crate::scene_view::expected::{check_meshes, expect, expect_values, vectors};
 use crate::scene_view::lights::{LightUse, Lights};
 use crate::scene_view::scene_buffers::{CORNERS, MATERIAL, PAINT, TEXEL, VERTEX, add_surfaces, surface_reads};
+use crate::scene_view::sunlit_vertices::{ALBEDOS, NORMALS, add_sunlit_vertices, is_plain, with_sides};
+use crate::scene_view::suns_apart::SunsApart;
+use crate::scene_view::surface_pass::{Corners, SurfacePass, whole};
 use crate::scene_view::surface_pieces::{Most, SurfacePiece, SurfacePieces};
 use crate::storage::Storage;
 use crate::transfer::matrix_passes::{add_incident, incident_bytes};
+use crate::transfer::reflecting_transfer::ReflectingTransfer;
 use crate::transfer::texture_transfer::{add_transfer_texture, unshadowed, vertices_in_texture};
 use crate::transfer::vector_passes::{Rows, add_clustered, add_light, add_transfer};
 
@@ -66,30 +71,12 @@ pub struct GlossyMesh<'a> {
     pub lobe: GlossyLobe,
 }
 
-/// Triangles that one program draws.
-#[derive(Clone, Debug)]
-pub(crate) struct SurfacePass {
-    pub(crate) name: String,
-    pub(crate) shader: Shader,
-    /// What it binds after the camera.
-    pub(crate) reads: Vec<(Use, Slot)>,
-    pub(crate) corners: Corners,
-}
-
-/// Which corners of triangles are drawn.
-#[derive(Clone, Debug)]
-pub(crate) enum Corners {
-    /// Vertices by these indices of the buffer `indices`, with these buffers as attributes.
-    Indexed(Range<u32>, &'static [&'static str]),
-    /// Corners by their numbers among those of the piece.
-    Numbered(Range<u32>),
-}
-
 /// A shading while it is prepared.
 struct Prepared<'a> {
     renderer: &'a mut Renderer,
     scene: &'a Scene,
     surfaces: &'a SurfacePieces,
+    suns: SunsApart<'a>,
     passes: Vec<SurfacePass>,
     lights: Lights,
 }
@@ -101,13 +88,33 @@ impl SurfaceShading<'_> {
         renderer: &mut Renderer,
         scene: &Scene,
         surfaces: &SurfacePieces,
+        suns: SunsApart<'_>,
     ) -> Result<(Vec<SurfacePass>, Lights), GpuError> {
-        if self.binds_surfaces(renderer.context(), scene) {
+        self.check_suns(&suns)?;
+        if self.binds_surfaces(renderer.context(), scene, &suns) {
             add_surfaces(renderer, scene, surfaces)?;
         }
-        let mut prepared = Prepared { renderer, scene, surfaces, passes: Vec::new(), lights: Lights::default() };
+        let mut prepared = Prepared { renderer, scene, surfaces, suns, passes: Vec::new(), lights: Lights::default() };
         prepared.add(self)?;
         Ok((prepared.passes, prepared.lights))
+    }
+
+    /// Refuses suns beside what has all light in an expansion, and transfer without reflections beside what has none
+    /// with them.
+    fn check_suns(&self, suns: &SunsApart<'_>) -> Result<(), GpuError> {
+        let is_fit = match (self, suns) {
+            (_, SunsApart::No) => true,
+            (Self::Glossy(..) | Self::Specular(..), _) => false,
+            (_, SunsApart::Reflected(..)) => {
+                matches!(self, Self::Vertices(..) | Self::Demodulated(..) | Self::Lightmap(..))
+            }
+            _ => true,
+        };
+        if is_fit {
+            return Ok(());
+        }
+        let message = "expected suns in the expansion of this shading, found them apart, with or without reflections";
+        Err(GpuError::Options(message.into()))
     }
 
     /// The environment that is reflected as it is, without an expansion.
@@ -119,25 +126,27 @@ impl SurfaceShading<'_> {
     }
 
     /// Whether shaders look up corners of triangles; else vertices are fetched by indices.
-    fn binds_surfaces(&self, context: &Context, scene: &Scene) -> bool {
+    fn binds_surfaces(&self, context: &Context, scene: &Scene, suns: &SunsApart<'_>) -> bool {
         let is_looked_up = match self {
-            Self::Clusters(_) | Self::Radiance(_) => scene.has_holes(),
-            Self::Vertices(_, glossy, _) => scene.has_holes() || !glossy.is_empty(),
+            Self::Clusters(_) | Self::Radiance(_) => looks_up_vertices(scene, suns),
+            Self::Vertices(_, glossy, _) => looks_up_vertices(scene, suns) || !glossy.is_empty(),
             _ => true,
         };
         context.has_storage() && is_looked_up
     }
 
     /// What a piece of the surfaces has at most on a device.
-    pub(crate) fn most(&self, context: &Context, scene: &Scene) -> Most {
+    pub(crate) fn most(&self, context: &Context, scene: &Scene, suns: &SunsApart<'_>) -> Most {
         if !context.has_storage() {
-            return match self {
-                Self::Irradiance(order) => Most::of_places(vertices_in_texture(context, *order)),
-                Self::Vertices(transfer, ..) => Most::of_places(vertices_in_texture(context, transfer.order())),
-                _ => Most::of_places(usize::MAX),
+            let order = match self {
+                Self::Irradiance(order) => *order,
+                Self::Vertices(transfer, ..) => transfer.order(),
+                _ => return Most::of_places(usize::MAX),
             };
+            let parts = 1 + usize::from(suns.direct().is_some());
+            return Most::of_places(vertices_in_texture(context, parts * order.pow(2)));
         }
-        if !self.binds_surfaces(context, scene) {
+        if !self.binds_surfaces(context, scene, suns) {
             return Most::of_places(usize::MAX);
         }
         let fitting = |bytes: u64| (context.max_storage_binding() / bytes) as usize;
@@ -162,6 +171,11 @@ impl SurfaceShading<'_> {
     }
 }
 
+/// Whether what the radiance of vertices shows needs the triangles that are seen.
+fn looks_up_vertices(scene: &Scene, suns: &SunsApart<'_>) -> bool {
+    scene.has_holes() || suns.count() > 0 && !is_plain(scene)
+}
+
 impl Prepared<'_> {
     fn add(&mut self, shading: &SurfaceShading<'_>) -> Result<(), GpuError> {
         let vertices = self.scene.vertex_count();
@@ -170,10 +184,10 @@ impl Prepared<'_> {
             SurfaceShading::Demodulated(transfer, storage) => {
                 self.renderer.context().expect_storage("transfer without albedo")?;
                 expect("vertices", vertices, transfer.receivers())?;
-                self.lights.0.push(("light".into(), LightUse::Radiance(transfer.order())));
+                self.add_light(transfer);
                 self.add_radiance(transfer, storage)?;
                 let (shader, all) = (Shader::new(&["shade_demodulated"]), 0..self.scene.meshes().len());
-                self.add_passes("surfaces", &shader, &all, |pieces, piece| vec![radiance_of(pieces, piece)]);
+                self.add_passes("surfaces", shader, &all, |pieces, piece| vec![radiance_of(pieces, piece)]);
                 Ok(())
             }
             SurfaceShading::Vertices(transfer, glossy, storage) => {
@@ -217,20 +231,28 @@ impl Prepared<'_> {
         self.lights.0.push(("light".into(), LightUse::Irradiance(order)));
         let shader = Shader::new(&["shade_irradiance"]).order(order);
         let all = 0..self.scene.meshes().len();
-        self.add_passes("surfaces", &shader, &all, |_, _| vec![(whole("light"), Slot::Uniform)]);
+        self.add_passes("surfaces", shader, &all, |_, _| vec![(whole("light"), Slot::Uniform)]);
         Ok(())
+    }
+
+    /// The light of transfer, with that of suns if its part without reflections is there.
+    fn add_light(&mut self, transfer: &Transfer) {
+        let order = transfer.order();
+        let of = if self.suns.direct().is_some() { LightUse::Reflected(order) } else { LightUse::Radiance(order) };
+        self.lights.0.push(("light".into(), of));
     }
 
     /// The radiance of all places by transfer of their vertices.
     fn add_radiance(&mut self, transfer: &Transfer, storage: Storage) -> Result<(), GpuError> {
         let order = &self.surfaces.order;
         let rows: Rows<'_> = (order.len(transfer.receivers()), &|r| order.vertex(r));
-        add_transfer(self.renderer, transfer, storage, rows, "radiance")
+        let transfer = ReflectingTransfer::new(transfer, self.suns.direct())?;
+        add_transfer(self.renderer, &transfer, storage, rows, "radiance")
     }
 
     fn add_transfer(&mut self, transfer: &Transfer, storage: Storage, without: &[usize]) -> Result<(), GpuError> {
         expect("vertices", self.scene.vertex_count(), transfer.receivers())?;
-        self.lights.0.push(("light".into(), LightUse::Radiance(transfer.order())));
+        self.add_light(transfer);
         if !self.renderer.context().has_storage() {
             return self.add_texture(transfer, storage);
         }
@@ -241,17 +263,28 @@ impl Prepared<'_> {
     /// Draws vertices by transfer in textures.
     fn add_texture(&mut self, transfer: &Transfer, storage: Storage) -> Result<(), GpuError> {
         let ranges = self.upload_indices(&[])?;
-        let shader = Shader::new(&["draw_transfer"]).constant("COEFFICIENTS", transfer.order().pow(2));
+        let transfer = ReflectingTransfer::new(transfer, self.suns.direct())?;
+        let (module, attributes): (_, &'static [&'static str]) = if self.suns.count() > 0 {
+            add_sunlit_vertices(self.renderer, self.scene, self.surfaces)?;
+            ("draw_sunlit_transfer", &["vertices", NORMALS, ALBEDOS])
+        } else {
+            ("draw_transfer", &["vertices"])
+        };
         for (piece, range) in self.surfaces.pieces.iter().zip(ranges) {
             let name = self.surfaces.name(piece, "transfer");
             let places = piece.places.items.clone();
             let of: &dyn Fn(usize) -> usize = &|place| self.surfaces.order.vertex(place);
-            add_transfer_texture(self.renderer, transfer, storage, (places.clone(), of), &name)?;
+            add_transfer_texture(self.renderer, &transfer, storage, (places.clone(), of), &name)?;
             self.renderer.uniform(&format!("{name} shape"), &[places.start as u32, 0, 0, 0])?;
             let shape = whole(&format!("{name} shape"));
-            let reads = vec![(whole(&name), Slot::Texture), (whole("light"), Slot::Uniform), (shape, Slot::Uniform)];
-            let (name, shader) = (self.surfaces.name(piece, "surfaces"), shader.clone());
-            self.passes.push(SurfacePass { name, shader, reads, corners: Corners::Indexed(range, &["vertices"]) });
+            let mut reads =
+                vec![(whole(&name), Slot::Texture), (whole("light"), Slot::Uniform), (shape, Slot::Uniform)];
+            let shader = with_sides(Shader::new(&[module]), self.scene);
+            let shader = shader.constant("COEFFICIENTS", transfer.coefficients());
+            let shader = self.suns.added_to(shader, &mut reads);
+            let name = self.surfaces.name(piece, "surfaces");
+            let corners = Corners::Indexed(range, "indices", attributes);
+            self.passes.push(SurfacePass { name, shader, reads, corners });
         }
         Ok(())
     }
@@ -274,12 +307,20 @@ impl Prepared<'_> {
 
     /// Draws the radiance of vertices, without some meshes.
     fn add_vertices(&mut self, without: &[usize]) -> Result<(), GpuError> {
-        if !self.scene.has_holes() {
+        let has_suns = self.suns.count() > 0;
+        if !self.renderer.context().has_storage() || !looks_up_vertices(self.scene, &self.suns) {
             // Fetched and not bound, all pieces are drawn at once.
             let end = self.upload_indices(without)?.last().map_or(0, |range| range.end);
-            let (shader, corners) =
-                (Shader::new(&["draw_vertices"]), Corners::Indexed(0..end, &["vertices", "radiance"]));
-            self.passes.push(SurfacePass { name: "surfaces".into(), shader, reads: Vec::new(), corners });
+            let (module, attributes): (_, &'static [&'static str]) = if has_suns {
+                add_sunlit_vertices(self.renderer, self.scene, self.surfaces)?;
+                ("draw_sunlit_vertices", &["vertices", "radiance", NORMALS, ALBEDOS])
+            } else {
+                ("draw_vertices", &["vertices", "radiance"])
+            };
+            let mut reads = Vec::new();
+            let shader = self.suns.added_to(with_sides(Shader::new(&[module]), self.scene), &mut reads);
+            let corners = Corners::Indexed(0..end, "indices", attributes);
+            self.passes.push(SurfacePass { name: "surfaces".into(), shader, reads, corners });
             return Ok(());
         }
         // The meshes between those that are left out.
@@ -291,7 +332,7 @@ impl Prepared<'_> {
         for end in left_out {
             if end > first {
                 let some = first..end;
-                self.add_passes("surfaces", &shader, &some, |pieces, piece| vec![radiance_of(pieces, piece)]);
+                self.add_passes("surfaces", shader.clone(), &some, |pieces, piece| vec![radiance_of(pieces, piece)]);
             }
             first = end + 1;
         }
@@ -301,7 +342,8 @@ impl Prepared<'_> {
     fn add_lightmap(&mut self, transfer: &Transfer, lightmap: &Lightmap, storage: Storage) -> Result<(), GpuError> {
         let width = lightmap.width();
         expect("texels", width.pow(2), transfer.receivers())?;
-        add_transfer(self.renderer, transfer, storage, (transfer.receivers(), &|r| r), "radiance")?;
+        let all = ReflectingTransfer::new(transfer, self.suns.direct())?;
+        add_transfer(self.renderer, &all, storage, (all.receivers(), &|r| r), "radiance")?;
         self.renderer.upload("charts of texels", lightmap.charts_of_texels())?;
         let charts = lightmap.charts_of_triangles();
         for piece in &self.surfaces.pieces {
@@ -311,9 +353,9 @@ impl Prepared<'_> {
             let shape = [width as u32, piece.rows.start as u32, 0, 0];
             self.renderer.uniform(&self.surfaces.name(piece, "lightmap"), &shape)?;
         }
-        self.lights.0.push(("light".into(), LightUse::Radiance(transfer.order())));
+        self.add_light(transfer);
         let all = 0..self.scene.meshes().len();
-        self.add_passes("surfaces", &Shader::new(&["shade_lightmap"]), &all, |pieces, piece| {
+        self.add_passes("surfaces", Shader::new(&["shade_lightmap"]), &all, |pieces, piece| {
             let rows = |name: &str, bytes: u64| {
                 let row = bytes * width as u64;
                 Use { name: name.into(), bytes: Some(piece.rows.start as u64 * row..piece.rows.end as u64 * row) }
@@ -369,7 +411,8 @@ impl Prepared<'_> {
         let order = matrices.order();
         self.lights.0.push((format!("light{of}"), LightUse::Lobe(order, lobe.zonal(order))));
         let vector = incident_bytes(matrices);
-        self.add_passes(name, &Shader::new(&["shade_glossy"]).order(order), &meshes, |pieces, piece| {
+        let shader = Shader::new(&["shade_glossy"]).order(order);
+        self.add_passes_in(name, (shader, SunsApart::No), &meshes, |pieces, piece| {
             let places = piece.places.items.start - begin..piece.places.items.end - begin;
             let part = vector * places.start as u64..vector * places.end as u64;
             let bytes = if pieces.is_whole() { None } else { Some(part) };
@@ -392,7 +435,7 @@ impl Prepared<'_> {
             ("dfg", Slot::Texture),
         ];
         let all = 0..self.scene.meshes().len();
-        self.add_passes("surfaces", &shader, &all, |_, _| reads.map(|(name, slot)| (whole(name), slot)).into());
+        self.add_passes("surfaces", shader, &all, |_, _| reads.map(|(name, slot)| (whole(name), slot)).into());
         Ok(())
     }
 
@@ -400,11 +443,26 @@ impl Prepared<'_> {
     fn add_passes(
         &mut self,
         name: &str,
-        shader: &Shader,
+        shader: Shader,
         meshes: &Range<usize>,
         reads: impl Fn(&SurfacePieces, &SurfacePiece) -> Vec<(Use, Slot)>,
     ) {
-        let shader = shader.clone().module("draw_surface");
+        self.add_passes_in(name, (shader, self.suns), meshes, reads);
+    }
+
+    /// The same with these suns apart.
+    fn add_passes_in(
+        &mut self,
+        name: &str,
+        (shader, suns): (Shader, SunsApart<'_>),
+        meshes: &Range<usize>,
+        reads: impl Fn(&SurfacePieces, &SurfacePiece) -> Vec<(Use, Slot)>,
+    ) {
+        let has_suns = suns.count() > 0;
+        let shader = if has_suns { shader.module("sunlit_surface") } else { shader };
+        let sum = if has_suns { "shade(s) + sunlight(s)" } else { "shade(s)" };
+        let lit = format!("\nfn lit(s: Surface) -> vec3f {{\n    return {sum};\n}}\n");
+        let shader = shader.module("draw_surface").with(&lit);
         for piece in &self.surfaces.pieces {
             let triangles = self.surfaces.of_meshes(piece, meshes);
             if triangles.is_empty() && !self.surfaces.is_whole() {
@@ -412,15 +470,11 @@ impl Prepared<'_> {
             }
             let mut bound = surface_reads(self.scene, self.surfaces, piece);
             bound.extend(reads(self.surfaces, piece));
-            let (name, shader) = (self.surfaces.name(piece, name), shader.clone());
+            let (name, shader) = (self.surfaces.name(piece, name), suns.added_to(shader.clone(), &mut bound));
             let corners = Corners::Numbered(3 * triangles.start..3 * triangles.end);
             self.passes.push(SurfacePass { name, shader, reads: bound, corners });
         }
     }
-}
-
-fn whole(name: &str) -> Use {
-    Use { name: name.into(), bytes: None }
 }
 
 /// The radiance of the places of a piece.
@@ -440,39 +494,4 @@ struct GlossShape {
     first: u32,
     roughness: f32,
     unused: u32,
-}
-
-/// Colors as shaders have them.
-pub(crate) fn vectors(values: &[Rgb<f32>]) -> Vec<[f32; 4]> {
-    values.iter().map(|c| [c.r, c.g, c.b, 1.0]).collect()
-}
-
-/// Refuses another number of values than vertices.
-pub(crate) fn expect_values(expected: usize, found: usize) -> Result<(), GpuError> {
-    if expected == found {
-        return Ok(());
-    }
-    Err(GpuError::Options(format!(
-        "expected the radiance of the {expected} vertices of the scene, found {found} values"
-    )))
-}
-
-/// Refuses meshes that the scene does not have, and one that is there twice.
-fn check_meshes(count: usize, meshes: &[usize]) -> Result<(), GpuError> {
-    for (k, mesh) in meshes.iter().enumerate() {
-        if *mesh >= count {
-            return Err(GpuError::Options(format!("expected one of the {count} meshes, found number {mesh}")));
-        }
-        if meshes[..k].contains(mesh) {
-            return Err(GpuError::Options(format!("expected each mesh once, found number {mesh} twice")));
-        }
-    }
-    Ok(())
-}
-
-fn expect(what: &str, expected: usize, found: usize) -> Result<(), GpuError> {
-    if expected == found {
-        return Ok(());
-    }
-    Err(GpuError::Options(format!("expected transfer of the {expected} {what} of the scene, found {found} receivers")))
 }

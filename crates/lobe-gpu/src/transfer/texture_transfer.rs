@@ -12,15 +12,16 @@ use crate::error::GpuError;
 use crate::lookup::basis::check_order;
 use crate::renderer::renderer::Renderer;
 use crate::storage::Storage;
+use crate::transfer::reflecting_transfer::ReflectingTransfer;
 use crate::transfer::vector_passes::add_light;
 
 /// The largest number of half precision.
 const MOST: f32 = 65504.0;
 
-/// Vertices at most in a texture of the device, for transfer of this order.
-pub(crate) fn vertices_in_texture(context: &Context, order: usize) -> usize {
+/// Vertices at most in a texture of the device, for transfer of so many coefficients.
+pub(crate) fn vertices_in_texture(context: &Context, coefficients: usize) -> usize {
     let most = context.max_texture_side() as usize;
-    most / order.pow(2).max(1) * most
+    most / coefficients.max(1) * most
 }
 
 /// Uploads a texture of the transfer of vertices: one texel for each coefficient of a vertex, side by side, with the colors in its
@@ -30,23 +31,24 @@ pub(crate) fn vertices_in_texture(context: &Context, order: usize) -> usize {
 /// [`GpuError::Unsupported`] if they do not fit a texture of the device.
 pub(crate) fn add_transfer_texture(
     renderer: &mut Renderer,
-    transfer: &Transfer,
+    transfer: &ReflectingTransfer<'_>,
     storage: Storage,
     (places, vertex): (Range<usize>, &dyn Fn(usize) -> usize),
     name: &str,
 ) -> Result<(), GpuError> {
-    check_order(transfer.order())?;
     add_light(renderer, "light")?;
     let most = renderer.context().max_texture_side() as usize;
-    let (count, vertices) = (transfer.order().pow(2), places.len().max(1));
+    let (count, vertices) = (transfer.coefficients(), places.len().max(1));
     let columns = (most / count).clamp(1, vertices);
     let rows = vertices.div_ceil(columns);
     let mut texels = Vec::with_capacity(columns * rows * count);
-    let channels = transfer.channels().count();
+    let mut channels: [Vec<f32>; 3] = Default::default();
     for place in places {
-        let vector = &transfer.coefficients()[vertex(place) * channels * count..][..channels * count];
-        let of = |channel: usize, i: usize| vector[channel.min(channels - 1) * count + i];
-        texels.extend((0..count).map(|i| [of(0, i), of(1, i), of(2, i), 0.0]));
+        for (channel, numbers) in channels.iter_mut().enumerate() {
+            numbers.clear();
+            transfer.append(vertex(place), channel, numbers);
+        }
+        texels.extend((0..count).map(|i| [channels[0][i], channels[1][i], channels[2][i], 0.0]));
     }
     texels.resize(columns * rows * count, [0.0; 4]);
     let size = [(columns * count) as u32, rows as u32];

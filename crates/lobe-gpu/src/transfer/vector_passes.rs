@@ -4,11 +4,12 @@
 //!   B = Σᵢ Lᵢ Tᵢ          clustered:  B = M_k·L + Σ_j w_j (B_kj·L)
 //! ```
 //!
-//! As [`Transfer::exit_radiance`] and [`CompressedTransfer::exit_radiance`]. A light costs the upload of `n²` colors.
-//! What is larger than a storage binding of the device is split over several dispatches; but for the products of the
-//! light with the clusters, which every receiver reads: 16 bytes for each mean and direction.
+//! As [`exit_radiance`](lobe_prt::Transfer::exit_radiance) and [`CompressedTransfer::exit_radiance`]. A light costs
+//! the upload of `n²` colors. What is larger than a storage binding of the device is split over several dispatches;
+//! but for the products of the light with the clusters, which every receiver reads: 16 bytes for each mean and
+//! direction.
 
-use lobe_prt::{Channels, CompressedTransfer, TableWeights, Transfer};
+use lobe_prt::{CompressedTransfer, TableWeights};
 use lobe_sh::Rgb;
 
 use crate::context::context::Context;
@@ -20,6 +21,7 @@ use crate::renderer::pieces::{Piece, VALUE, pack, upload_rows, words_of};
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
 use crate::storage::Storage;
+use crate::transfer::reflecting_transfer::ReflectingTransfer;
 
 /// Bindings of the programs `transfer` and `clustered`.
 const TRANSFER_SLOTS: [Slot; 4] = [Slot::Uniform, Slot::Uniform, Slot::Read, Slot::Write];
@@ -33,12 +35,12 @@ pub(crate) fn light_vectors(light: &[Rgb<f64>], order: usize) -> Vec<[f32; 4]> {
     vectors
 }
 
-/// Makes a uniform for a light of any order, if there is none of this name.
+/// Makes a uniform for a light of any order, and another behind it, if there is none of this name.
 pub(crate) fn add_light(renderer: &mut Renderer, name: &str) -> Result<(), GpuError> {
     if renderer.has(name) {
         Ok(())
     } else {
-        renderer.uniform(name, &[[0.0_f32; 4]; MAX_SHADER_ORDER * MAX_SHADER_ORDER])
+        renderer.uniform(name, &[[0.0_f32; 4]; 2 * MAX_SHADER_ORDER * MAX_SHADER_ORDER])
     }
 }
 
@@ -48,27 +50,35 @@ pub(crate) type Rows<'a> = (usize, &'a dyn Fn(usize) -> usize);
 /// Passes that shade receivers of transfer vectors into the rows of the buffer `radiance`.
 pub(crate) fn add_transfer(
     renderer: &mut Renderer,
-    transfer: &Transfer,
+    transfer: &ReflectingTransfer<'_>,
     storage: Storage,
     (rows, receiver): Rows<'_>,
     radiance: &str,
 ) -> Result<(), GpuError> {
-    check_order(transfer.order())?;
-    let numbers = transfer.order().pow(2) * transfer.channels().count();
+    let (coefficients, channels) = (transfer.coefficients(), transfer.channels());
     add_light(renderer, "light")?;
     renderer.allocate(radiance, VALUE * rows as u64)?;
+    let mut numbers = Vec::with_capacity(channels * coefficients);
     let row = |r: usize, out: &mut Vec<u32>| {
-        pack(&transfer.coefficients()[receiver(r) * numbers..][..numbers], storage, out);
+        numbers.clear();
+        (0..channels).for_each(|channel| transfer.append(receiver(r), channel, &mut numbers));
+        pack(&numbers, storage, out);
     };
-    let pieces = upload_rows(renderer, "transfer", rows, (words_of(numbers, storage), VALUE), row)?;
-    let kernel = transfer_kernel(renderer.context(), transfer.order(), transfer.channels(), storage)?;
+    let words = words_of(channels * coefficients, storage);
+    let pieces = upload_rows(renderer, "transfer", rows, (words, VALUE), row)?;
+    let kernel = transfer_kernel(renderer.context(), coefficients, channels, storage)?;
     add_passes(renderer, &kernel, "light", ("transfer", &pieces), radiance)
 }
 
-fn transfer_kernel(context: &Context, order: usize, channels: Channels, storage: Storage) -> Result<Kernel, GpuError> {
+fn transfer_kernel(
+    context: &Context,
+    coefficients: usize,
+    channels: usize,
+    storage: Storage,
+) -> Result<Kernel, GpuError> {
     let shader = Shader::new(&["transfer"])
-        .constant("COEFFICIENTS", order * order)
-        .constant("CHANNELS", channels.count())
+        .constant("COEFFICIENTS", coefficients)
+        .constant("CHANNELS", channels)
         .constant("HALF", usize::from(storage == Storage::F16));
     Kernel::new(context, "transfer", &shader, &TRANSFER_SLOTS)
 }
@@ -107,7 +117,8 @@ pub(crate) fn add_clustered(
         pack(&table.bases()[v * table.width()..][..table.width()], Storage::F32, out);
     };
     let bases = upload_rows(renderer, "clusters", vectors, (table.width(), VALUE), basis)?;
-    let kernel = transfer_kernel(renderer.context(), transfer.order(), transfer.channels(), Storage::F32)?;
+    let (coefficients, channels) = (transfer.order().pow(2), transfer.channels().count());
+    let kernel = transfer_kernel(renderer.context(), coefficients, channels, Storage::F32)?;
     add_passes(renderer, &kernel, "light", ("clusters", &bases), "cluster colors")?;
     // The receivers.
     let in_word = match table.weights() {

@@ -1,4 +1,14 @@
-// The fragment of a surface: what `shade` says, black from behind, nothing in holes.
+// The surface that a pixel shows: what `lit` says, black from behind, nothing in holes.
+
+@vertex
+fn vertex(@builtin(vertex_index) number: u32) -> Varying {
+    let triangle = number / 3u;
+    let corner = number % 3u;
+    let p = vertices[corners[triangle][corner]].position.xyz;
+    var weights = vec3f(0.0);
+    weights[corner] = 1.0;
+    return Varying(camera_clip(camera, p), weights, triangle);
+}
 
 @fragment
 fn fragment(in: Varying) -> @location(0) vec4f {
@@ -9,5 +19,5 @@ fn fragment(in: Varying) -> @location(0) vec4f {
     if !s.is_lit {
         return shown(vec3f(0.0));
     }
-    return shown(shade(s));
+    return shown(lit(s));
 }

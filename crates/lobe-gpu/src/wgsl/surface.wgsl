@@ -38,16 +38,6 @@ struct Varying {
     @location(1) @interpolate(flat) triangle: u32,
 }
 
-@vertex
-fn vertex(@builtin(vertex_index) number: u32) -> Varying {
-    let triangle = number / 3u;
-    let corner = number % 3u;
-    let p = vertices[corners[triangle][corner]].position.xyz;
-    var weights = vec3f(0.0);
-    weights[corner] = 1.0;
-    return Varying(camera_clip(camera, p), weights, triangle);
-}
-
 // The square of the sine between a triangle and a ray under which its plane is met with less than four of seven digits.
 const EDGE_ON = 1e-6;
 

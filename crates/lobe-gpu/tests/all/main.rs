@@ -8,6 +8,7 @@ mod moving;
 mod multisampling;
 mod pieces;
 mod scene_view;
+mod suns;
 mod textures;
 mod traced;
 mod transfer;

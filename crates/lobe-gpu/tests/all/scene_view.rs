@@ -364,7 +364,7 @@ fn a_lightmap_is_looked_up_as_on_the_processor() {
 }
 
 /// Two squares, each with half of the lightmap: two charts.
-fn unfolded() -> Scene {
+pub(crate) fn unfolded() -> Scene {
     let quad = |name: &str, z: f32, u: f32| {
         Mesh::new(MeshParts {
             name: name.into(),

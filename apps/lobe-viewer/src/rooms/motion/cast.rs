@@ -32,6 +32,8 @@ pub(crate) struct Cast {
     pub(crate) radii: Vec<f64>,
     /// Whether all can be moved by hand: none changes its shape.
     pub(crate) is_rigid: bool,
+    /// Whether its transfer leaves suns to be lit by themselves.
+    pub(crate) parts_suns: bool,
     /// The first and the last time, in seconds.
     pub(crate) span: [f64; 2],
     /// The most bands that its parts can have: those that came with transfer or a field have theirs.
@@ -60,6 +62,7 @@ pub(crate) fn cast(scene: &MovingScene, most_order: usize) -> Result<Cast, Rende
         hands: rest.iter().map(hand).collect(),
         rest,
         radii,
+        parts_suns: false,
         span,
         most_order,
     })

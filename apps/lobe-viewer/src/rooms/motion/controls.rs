@@ -12,7 +12,7 @@ use crate::loading::moving_source::built_in_moving;
 use crate::loading::scene_source::BUILT_IN;
 use crate::loading::task::Task;
 use crate::rooms::background;
-use crate::rooms::light::angle;
+use crate::rooms::light::{angle, suns_control};
 use crate::rooms::motion::cast::Cast;
 use crate::rooms::motion::edits::{MOST_SPHERES, MotionEdits, MotionView};
 use crate::rooms::motion::panes::Panes;
@@ -100,6 +100,7 @@ pub(crate) fn light(ui: &mut Ui, edits: &mut MotionEdits, most_order: usize, is_
     edits.taming.controls(ui, order);
     edits.light(most_order).sky_controls(ui);
     ui.checkbox(is_turning, "Keep turning (T)");
+    suns_control(ui, &mut edits.has_suns);
     background::control(ui, &mut edits.background);
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use lobe::env::Sun;
 use lobe::image::Curve;
 use lobe::motion::MovingMethod;
 use lobe::render::Background;
@@ -93,6 +94,8 @@ pub struct MotionEdits {
     pub order: usize,
     /// What is done to the expansion of the light.
     pub taming: Taming,
+    /// Whether suns of the sky are apart from its expansion and cast shadows by themselves.
+    pub has_suns: bool,
     /// By which the sky is turned about +z, in radians.
     pub turn: f64,
     /// By which it is tilted about +x before that, in radians.
@@ -124,6 +127,7 @@ impl Default for MotionEdits {
             view: MotionView::Fields,
             order: 4,
             taming: Taming::None,
+            has_suns: true,
             turn: 0.0,
             tilt: 0.0,
             exposure: 0.0,
@@ -154,10 +158,10 @@ impl MotionEdits {
         Source { path: self.source.clone(), files: self.files.clone(), limits }
     }
 
-    /// What is to be shown of a time under a light.
-    pub(crate) fn asks(&self, time: f64, light: ShVec<Rgb<f64>>) -> Asked {
+    /// What is to be shown of a time under a light, of which suns are apart.
+    pub(crate) fn asks(&self, time: f64, light: ShVec<Rgb<f64>>, suns: Vec<Sun>) -> Asked {
         let hands = self.is_by_hand.then(|| self.hands.clone());
-        Asked { time, methods: self.methods(), light, fit: self.fit, lit_on: self.lit_on, hands }
+        Asked { time, methods: self.methods(), light, suns, fit: self.fit, lit_on: self.lit_on, hands }
     }
 
     /// Asks again for what needs no other bakes than a moment that is lit already.

@@ -4,9 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use eframe::egui::{CentralPanel, Context, Id, Key, Label, Panel, ScrollArea, Ui};
+use lobe::env::SceneLight;
 use lobe::motion::MovingMethod;
 use lobe::sh::{Rgb, ShVec};
 use lobe::shadow::WorldSphere;
+use lobe_gpu::SunsApart;
 
 use crate::loading::backdrop::Behind;
 use crate::loading::file_kind::FileKind;
@@ -400,8 +402,12 @@ impl MotionRoom {
             self.clock.advance(ctx, cast.span);
         }
         let order = self.edits.order.min(cast.most_order);
-        let light = self.light.of(sky, order, self.edits.taming).rotated(&self.edits.rotation());
-        let asked = self.edits.asks(self.clock.time, light);
+        let has_suns = self.edits.has_suns && cast.parts_suns && !sky.split.suns().is_empty();
+        let tamed = self.light.of(sky, (order, has_suns), self.edits.taming).clone();
+        let suns = if has_suns { sky.split.suns().to_vec() } else { Vec::new() };
+        let light = SceneLight::new(tamed, suns).rotated(&self.edits.rotation());
+        let light = SunsApart::Shadowed(SunsApart::MOST).split(&light);
+        let asked = self.edits.asks(self.clock.time, light.rest().clone(), light.suns().to_vec());
         // What needs other bakes need not wait for those that are under way.
         let is_free = !self.is_waiting || self.asked.as_ref().is_some_and(|before| before.needs_other_bakes(&asked));
         if is_free
@@ -419,7 +425,7 @@ impl MotionRoom {
         let MotionEdits { background, order, taming, .. } = self.edits;
         let (light, most) = (&mut self.light, self.cast.as_ref().map_or(order, |cast| cast.most_order));
         Behind::new(background, || match &self.sky {
-            Some(sky) => light.of(sky, order.min(most), taming).clone(),
+            Some(sky) => light.of(sky, (order.min(most), false), taming).clone(),
             None => ShVec::zero(order),
         })
     }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
+use lobe::env::Sun;
 use lobe::io::{Job, Progress};
 use lobe::motion::{MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, PartBakeKind};
 use lobe::render::{Emitter, RenderError};
@@ -17,6 +18,7 @@ use web_time::Instant;
 
 use crate::loading::bake::SceneData;
 use crate::loading::limits::ReadLimits;
+use crate::loading::moving_bakes::leaves_suns;
 use crate::loading::moving_bakes::moving_bake_options;
 use crate::loading::moving_light::{LitOn, MovingLight};
 use crate::loading::moving_source::{is_file, open_moving, split_for_shadows, with_files};
@@ -48,6 +50,8 @@ pub(crate) struct Asked {
     pub(crate) methods: Vec<MovingMethod>,
     /// Of the order to which the parts are to be baked.
     pub(crate) light: ShVec<Rgb<f64>>,
+    /// What is not in it: suns that cast shadows by themselves.
+    pub(crate) suns: Vec<Sun>,
     /// Of exponentials.
     pub(crate) fit: Fit,
     /// Where its light is computed.
@@ -188,7 +192,7 @@ fn play(
     if bakes.prepare(MovingMethod::Fields, &desk)? != Prepared::Ready {
         return Ok(());
     }
-    let cast = cast(&bakes.scenes[0], most_order)?;
+    let cast = Cast { parts_suns: leaves_suns(&opened), ..cast(&bakes.scenes[0], most_order)? };
     desk.rest.clone_from(&cast.rest);
     control.send(News::Ready(cast));
     // Those of the order before, for a user who goes back to it.

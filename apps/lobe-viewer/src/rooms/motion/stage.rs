@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use eframe::egui::TextureId;
-use lobe::env::MappedMap;
+use lobe::env::{MappedMap, SceneLight};
 use lobe::image::Picture;
 use lobe::motion::MovingMethod;
-use lobe::sh::Rotation;
-use lobe_gpu::{GpuError, SceneView, SurfaceShading};
+use lobe::sh::{Rotation, ShVec};
+use lobe_gpu::{GpuError, SceneView, SunsApart, SurfaceShading};
 
 use crate::loading::backdrop::Behind;
 use crate::rooms::motion::player::Shown;
@@ -36,6 +36,8 @@ pub(crate) struct Stage {
     texture: Option<TextureId>,
     behind: Behind,
     sky: Option<Arc<MappedMap>>,
+    /// For how many suns the view is made.
+    suns: usize,
     shown: Option<(Shown, Frame)>,
 }
 
@@ -78,12 +80,19 @@ impl Stage {
             self.clear();
             (self.sky, self.behind) = (sky.cloned(), behind.clone());
         }
+        let suns = &lit.asked.suns;
+        if self.suns != suns.len() {
+            self.clear();
+            self.suns = suns.len();
+        }
         // The exposure fits light, which a picture in motion does not keep.
         let options = gpu.options(frame.size, frame.is_still || fits.is_none());
         if self.view.is_none() {
             let environment = behind.on_device(gpu.context(), sky.map(|sky| &**sky));
             let shading = SurfaceShading::Radiance(&way.radiance);
-            let view = SceneView::new(gpu.context(), &lit.data.scene, &shading, environment.as_ref(), &options)?;
+            let apart = if suns.is_empty() { SunsApart::No } else { SunsApart::Shadowed(suns.len()) };
+            let (scene, environment) = (&lit.data.scene, environment.as_ref());
+            let view = SceneView::with_suns(gpu.context(), scene, (&shading, apart), environment, &options)?;
             self.texture = Some(gpu.show(self.texture, &view.renderer().view("display")?));
             self.view = Some(view);
         }
@@ -97,6 +106,7 @@ impl Stage {
         }
         view.set_vertices(&lit.data.scene)?;
         view.set_radiance(&way.radiance)?;
+        view.set_scene_light(&SceneLight::new(ShVec::zero(1), suns.clone()))?;
         if let Some(camera) = frame.orbit.on_device() {
             view.set_camera(&camera)?;
         }

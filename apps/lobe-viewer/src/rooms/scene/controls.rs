@@ -11,6 +11,7 @@ use crate::loading::scene_source::built_in_source;
 use crate::loading::sky_source;
 use crate::loading::task::Task;
 use crate::rooms::background;
+use crate::rooms::light::suns_control;
 use crate::rooms::scene::edits::{Comparison, PATHS_LOG2, SceneEdits};
 
 /// Orders that the window bakes to.
@@ -120,6 +121,7 @@ pub(crate) fn comparison(ui: &mut Ui, edits: &mut SceneEdits, known: &str) {
 pub(crate) fn sky_and_exposure(ui: &mut Ui, edits: &mut SceneEdits, is_turning: &mut bool) {
     edits.light().sky_controls(ui);
     ui.checkbox(is_turning, "Keep turning (T)");
+    suns_control(ui, &mut edits.has_suns);
     ui.add(Slider::new(&mut edits.sky_strength, 0.0..=8.0).text("Strength of the sky").fixed_decimals(2));
     background::control(ui, &mut edits.background);
 }

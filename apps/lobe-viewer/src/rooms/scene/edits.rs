@@ -73,6 +73,8 @@ pub struct SceneEdits {
     pub samples: u32,
     /// What is done to its expansion.
     pub taming: Taming,
+    /// Whether suns of the sky are apart from its expansion and cast shadows by themselves.
+    pub has_suns: bool,
     /// Factor of the sky's radiance.
     pub sky_strength: f64,
     /// By which the sky is turned about +z, in radians.
@@ -102,6 +104,7 @@ impl Default for SceneEdits {
             order: 4,
             samples: 256,
             taming: Taming::None,
+            has_suns: true,
             sky_strength: 1.0,
             // The sun from the left of the first view, in whole degrees as its slider has them.
             turn: 160.0_f64.to_radians(),

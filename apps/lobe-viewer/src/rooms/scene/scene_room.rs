@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use eframe::egui::{CentralPanel, Color32, Context, Id, Key, Panel, Rect, ScrollArea, Sense, Ui, pos2};
+use lobe::env::SunChoice;
 use lobe::prt::{BakeMode, Transfer};
 
 use crate::loading::backdrop::Behind;
@@ -16,8 +17,10 @@ use crate::loading::limits::ReadLimits;
 use crate::loading::mode::Mode;
 use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
+use crate::loading::suns::ShownSuns;
 use crate::rooms::formulas::formulas;
 use crate::rooms::room::Room;
+use crate::rooms::scene::baked::{Baked, DirectPart};
 use crate::rooms::scene::controls::{self, Asked, BakePlan, Known};
 use crate::rooms::scene::edits::{Comparison, SceneEdits, paths};
 use crate::rooms::scene::lamps::lamps;
@@ -36,14 +39,6 @@ use crate::widgets::orbit::Orbit;
 /// Radians a second by which the sky keeps turning.
 const SPEED: f64 = 0.5;
 
-/// What is known of the light of a scene.
-struct Baked {
-    transfer: Arc<Transfer>,
-    samples: Option<u32>,
-    bounces: usize,
-    places: Places,
-}
-
 /// A baked scene under a turning sky.
 pub struct SceneRoom {
     edits: SceneEdits,
@@ -51,6 +46,7 @@ pub struct SceneRoom {
     history: History<SceneEdits>,
     work: Work,
     bakes: HashMap<BakeMode, Baked>,
+    direct: DirectPart,
     glossy: Vec<GlossyBake>,
     shown: Option<(Mode, Arc<Transfer>)>,
     truth: Truth,
@@ -77,6 +73,7 @@ impl SceneRoom {
             history: History::default(),
             work: Work::new(folder),
             bakes: HashMap::new(),
+            direct: DirectPart::default(),
             glossy: Vec::new(),
             shown: None,
             truth: Truth::default(),
@@ -174,16 +171,17 @@ impl SceneRoom {
     pub fn export(&mut self) -> Option<SceneExport> {
         let data = self.work.scene().cloned()?;
         self.choose_transfer();
-        let sky = self.work.sky().cloned();
+        let (sky, suns) = (self.work.sky().cloned(), self.suns());
         Some(SceneExport {
             transfer: self.shown.as_ref().map(|(_, transfer)| transfer.clone()),
             places: self.places(),
             order: self.edits.order,
             glossy: self.shining().to_vec(),
-            light: self.light.turning(&self.edits, sky.as_ref()),
+            light: self.light.turning(&self.edits, sky.as_ref(), suns.is_any()),
             behind: self.light.behind(&self.edits, sky.as_ref()),
             camera: self.orbit.on_device()?,
             tone: self.viewport.tone(self.edits.look()),
+            suns,
             sky,
             data,
         })
@@ -214,6 +212,12 @@ impl SceneRoom {
             }
         }
         self.work.let_bake(ctx);
+        if self.count_suns() > 0
+            && self.is_idle()
+            && let Some(wish) = self.direct.wish(self.shown.as_ref(), &self.bakes)
+        {
+            self.work.bake_direct(ctx, wish);
+        }
         if self.is_turning {
             let seconds = ctx.input(|input| f64::from(input.stable_dt.min(0.1)));
             self.edits.turn = (self.edits.turn + SPEED * seconds).rem_euclid(std::f64::consts::TAU);
@@ -233,15 +237,17 @@ impl SceneRoom {
                     self.framed = Some(self.edits.scene.clone());
                 }
                 self.bakes.clear();
+                self.direct = DirectPart::default();
                 self.glossy.clear();
                 self.shown = None;
                 self.probe.forget();
                 self.viewport.fit_exposure();
             }
-            SceneNews::Baked { mode, samples, bounces, places, transfer } => {
-                self.bakes.insert(mode, Baked { transfer, samples, bounces, places });
+            SceneNews::Baked { mode, samples, bounces, places, transfer, recipe } => {
+                self.bakes.insert(mode, Baked { transfer, samples, bounces, places, recipe });
                 self.shown = None;
             }
+            SceneNews::Direct(transfer) => self.direct.take(transfer),
             SceneNews::Glossy(glossy) => self.glossy = glossy,
             SceneNews::AskBeforeBake => {}
         }
@@ -299,6 +305,18 @@ impl SceneRoom {
     fn shining(&self) -> &[GlossyBake] {
         let is_shown = self.edits.has_gloss && self.edits.mode == Mode::Interreflected && self.shown.is_some();
         if is_shown && matches!(self.places(), Places::Vertices) { &self.glossy } else { &[] }
+    }
+
+    /// Suns of the sky that are to be apart.
+    fn count_suns(&self) -> usize {
+        let suns = |sky: &OpenedSky| sky.split.suns().len();
+        self.work.sky().filter(|_| self.edits.has_suns).map_or(0, suns)
+    }
+
+    /// The suns of what is shown.
+    fn suns(&self) -> ShownSuns {
+        let direct = self.direct.of(self.shown.as_ref(), &self.bakes);
+        ShownSuns::new(self.count_suns(), self.edits.mode, self.shown.is_some(), direct)
     }
 
     fn plan(&self) -> BakePlan {
@@ -422,7 +440,8 @@ impl SceneRoom {
         };
         let scale = ui.ctx().pixels_per_point();
         let size = [rect.width(), rect.height()].map(|points| (points.max(0.0) * scale).round() as u32);
-        let light = self.light.light(&self.edits, self.work.sky());
+        let suns = self.suns();
+        let light = self.light.light(&self.edits, self.work.sky(), suns.is_any());
         let behind = self.light.behind(&self.edits, self.work.sky());
         let turn = self.edits.rotation();
         let frame = Frame { size, orbit: self.orbit, light, turn, look: self.edits.look() };
@@ -434,6 +453,7 @@ impl SceneRoom {
             transfer,
             places: &places,
             glossy: &glossy,
+            suns: &suns,
             sky: self.work.sky(),
             behind: &behind,
             order: self.edits.order,
@@ -511,5 +531,9 @@ impl Room for SceneRoom {
 
     fn read_within(&mut self, limits: ReadLimits) {
         self.work.limits = limits;
+    }
+
+    fn look_for_suns(&mut self, suns: &SunChoice) {
+        self.work.suns = suns.clone();
     }
 }

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use eframe::egui::TextureId;
-use lobe::env::MappedMap;
+use lobe::env::{MappedMap, SceneLight};
 use lobe::image::{Picture, Tone};
 use lobe::prt::{Transfer, TransferMatrices};
 use lobe::scene::Scene;
-use lobe::sh::{Expansion as _, Rgb, Rotation, ShVec};
+use lobe::sh::{Expansion as _, Rotation};
 use lobe_gpu::{GlossyMesh, GpuError, SceneView, SceneViewOptions, Storage, SurfaceShading};
 use web_time::{Duration, Instant};
 
@@ -16,6 +16,7 @@ use crate::loading::bake::{GlossyBake, SceneData};
 use crate::loading::place::IN_PAGE;
 use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
+use crate::loading::suns::{ShownSuns, same};
 use crate::widgets::gpu::Gpu;
 use crate::widgets::orbit::Orbit;
 use crate::widgets::status::Status;
@@ -44,6 +45,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) places: &'a Places,
     /// Meshes that shine among those lit by transfer.
     pub(crate) glossy: &'a [GlossyBake],
+    /// The suns of the light, and what they need.
+    pub(crate) suns: &'a ShownSuns,
     pub(crate) sky: Option<&'a OpenedSky>,
     pub(crate) behind: &'a Behind,
     pub(crate) order: usize,
@@ -54,7 +57,7 @@ pub(crate) struct Wanted<'a> {
 pub(crate) struct Frame {
     pub(crate) size: [u32; 2],
     pub(crate) orbit: Orbit,
-    pub(crate) light: ShVec<Rgb<f64>>,
+    pub(crate) light: SceneLight,
     pub(crate) turn: Rotation,
     /// How light is shown.
     pub(crate) look: Look,
@@ -79,6 +82,7 @@ struct ViewKey {
     scene: Arc<Scene>,
     transfer: Option<Arc<Transfer>>,
     glossy: Vec<Arc<TransferMatrices>>,
+    suns: ShownSuns,
     sky: Option<Arc<MappedMap>>,
     behind: Behind,
     /// Of light by normals alone.
@@ -91,6 +95,7 @@ impl ViewKey {
             scene: wanted.data.scene.clone(),
             transfer: wanted.transfer.cloned(),
             glossy: wanted.glossy.iter().map(|glossy| glossy.matrices.clone()).collect(),
+            suns: wanted.suns.clone(),
             sky: wanted.sky.map(|sky| sky.map.clone()),
             behind: wanted.behind.clone(),
             order: if wanted.transfer.is_none() { wanted.order } else { 0 },
@@ -102,6 +107,7 @@ impl ViewKey {
             && same(self.transfer.as_ref(), other.transfer.as_ref())
             && self.glossy.len() == other.glossy.len()
             && self.glossy.iter().zip(&other.glossy).all(|(a, b)| Arc::ptr_eq(a, b))
+            && self.suns.is_same(&other.suns)
             && same(self.sky.as_ref(), other.sky.as_ref())
             && self.behind == other.behind
             && self.order == other.order
@@ -109,18 +115,11 @@ impl ViewKey {
 }
 
 /// What lights the vertices, or where no transfer is known, the sky: a picture that a page need not wait for.
-fn picture_of_vertices(key: &ViewKey, light: &ShVec<Rgb<f64>>) -> Picture {
-    let lit = key.transfer.as_ref().map(|transfer| transfer.exit_radiance(light.coefficients()));
+fn picture_of_vertices(key: &ViewKey, light: &SceneLight) -> Picture {
+    let lit = key.transfer.as_ref().map(|transfer| transfer.exit_radiance(light.whole().coefficients()));
     let sky = || key.sky.as_ref().map(|sky| sky.texels().to_vec());
     let pixels: Vec<[f32; 3]> = lit.or_else(sky).unwrap_or_default().into_iter().map(<[f32; 3]>::from).collect();
     Picture::new(pixels.len(), 1, pixels).unwrap_or_else(|_| Picture::filled(1, 1, [1.0; 3]))
-}
-
-fn same<T>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
-    match (a, b) {
-        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
-        (a, b) => a.is_none() && b.is_none(),
-    }
 }
 
 /// Sets what a picture of a frame depends on.
@@ -128,7 +127,7 @@ fn aim(view: &SceneView, frame: &Frame) -> Result<(), GpuError> {
     if let Some(camera) = frame.orbit.on_device() {
         view.set_camera(&camera)?;
     }
-    view.set_light(&frame.light)?;
+    view.set_scene_light(&frame.light)?;
     view.turn_backdrop(&frame.turn)
 }
 
@@ -225,7 +224,13 @@ impl Viewport {
             None if !IN_PAGE => small(frame.size),
             _ => gpu.options(frame.size, false),
         };
-        let view = SceneView::new(gpu.context(), &wanted.data.scene, &shading, environment.as_ref(), &options)?;
+        let view = SceneView::with_suns(
+            gpu.context(),
+            &wanted.data.scene,
+            (&shading, wanted.suns.apart()),
+            environment.as_ref(),
+            &options,
+        )?;
         self.status.vertices = wanted.data.scene.vertex_count();
         self.status.triangles = wanted.data.scene.triangle_count();
         self.texture = Some(gpu.show(self.texture, &view.renderer().view("display")?));

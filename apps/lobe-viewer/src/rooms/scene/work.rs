@@ -2,16 +2,21 @@
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use eframe::egui::Context;
+use lobe::env::SunChoice;
+use lobe::prt::Recipe;
 
 use crate::loading::adopt;
-use crate::loading::bake::{self, SceneData, SceneNews};
+use crate::loading::bake::{self, MOST_UNASKED, SceneData, SceneNews};
 use crate::loading::cache::UserFolder;
 use crate::loading::limits::ReadLimits;
 use crate::loading::place::IN_PAGE;
+use crate::loading::places::Places;
 use crate::loading::scene_source;
 use crate::loading::sky_source::{self, OpenedSky};
+use crate::loading::suns::open_direct;
 use crate::loading::task::{Task, TaskEvent};
 use crate::rooms::scene::controls::BakePlan;
 use crate::rooms::scene::edits::SceneEdits;
@@ -26,6 +31,8 @@ const FRAMES_BEFORE_BAKE: usize = 2;
 /// Files that are open or being opened, and the tasks that do it.
 pub(crate) struct Work {
     pub(crate) limits: ReadLimits,
+    /// The suns that are looked for in skies.
+    pub(crate) suns: SunChoice,
     /// The most texels along each side of a sky on the device.
     pub(crate) most_side: usize,
     /// What went wrong last, in one line.
@@ -53,6 +60,7 @@ impl Work {
     pub(crate) fn new(folder: UserFolder) -> Self {
         Self {
             limits: ReadLimits::default(),
+            suns: SunChoice::Auto,
             most_side: usize::MAX,
             message: None,
             folder,
@@ -123,7 +131,8 @@ impl Work {
         if self.sky.source != edits.sky {
             self.sky.source.clone_from(&edits.sky);
             let (source, limits, most) = (edits.sky.clone(), self.limits, self.most_side);
-            let work = move |control: &_| sky_source::open(control, &source, &limits, most);
+            let suns = self.suns.clone();
+            let work = move |control: &_| sky_source::open(control, &source, (&limits, &suns), most);
             self.sky_task = Some(Task::start("Sky", wake(ctx), work));
             self.forget_message();
         }
@@ -161,6 +170,18 @@ impl Work {
             bake::rounds(control, &data, (plan.order, plan.samples), &UserFolder::none(), |_| ())
         }));
         self.message = None;
+    }
+
+    /// Bakes the part without reflections of transfer of a file, unless that takes long.
+    pub(crate) fn bake_direct(&mut self, ctx: &Context, (recipe, order, places): (Arc<Recipe>, usize, Places)) {
+        let Some(data) = self.scene.found.clone() else { return };
+        let paths = u64::from(recipe.samples.unwrap_or(1));
+        if IN_PAGE || self.scene_task.is_some() || data.scene.vertex_count() as u64 * paths > MOST_UNASKED {
+            return;
+        }
+        self.scene_task = Some(Task::start("Suns", wake(ctx), move |control: &_| {
+            open_direct(control, &data, (&recipe, order), &places)
+        }));
     }
 
     /// Forgets what went wrong, unless what is opened now stands in for it.

@@ -109,7 +109,8 @@ fn look(control: &Control<Found>, sky: &OpenedSky, clicked: &[[f64; 2]]) -> Resu
     let rest = (!taken.is_empty()).then(|| {
         let light = Arc::new(project_map(&map, Transfer::MAX_ORDER));
         let map = Arc::new(map);
-        OpenedSky { name: sky.name.clone(), shown: map.clone(), map, light }
+        let split = Arc::new((*light).clone().into());
+        OpenedSky { name: sky.name.clone(), shown: map.clone(), map, light, split }
     });
     control.send(Found { all, taken, rest });
     Ok(())

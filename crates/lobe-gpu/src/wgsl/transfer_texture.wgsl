@@ -1,0 +1,17 @@
+// Transfer of matte vertices in a texture: that of a vertex is COEFFICIENTS texels side by side.
+
+@group(0) @binding(1) var transfer: texture_2d<f32>;
+@group(0) @binding(2) var<uniform> light: array<vec4f, COEFFICIENTS>;
+// The first vertex of the texture.
+@group(0) @binding(3) var<uniform> piece: vec4u;
+
+fn sent_back(number: u32) -> vec3f {
+    let columns = textureDimensions(transfer).x / COEFFICIENTS;
+    let own = number - piece.x;
+    let first = vec2u(own % columns * COEFFICIENTS, own / columns);
+    var radiance = vec3f(0.0);
+    for (var i = 0u; i < COEFFICIENTS; i++) {
+        radiance += light[i].rgb * textureLoad(transfer, first + vec2u(i, 0u), 0).rgb;
+    }
+    return radiance;
+}
