@@ -128,7 +128,7 @@ fn suns_are_read_from_what_is_printed_of_them() {
         ("", "expected {\"direction\""),
         ("{\"suns\": 3}", "invalid type: integer `3`, expected a sequence"),
         (r#"{"direction": [0, 0, 1], "irradiance": [1, 1]}"#, "invalid length 2"),
-        (r#"{"direction": [0, 0, 1], "irradiance": [1, 1, 1], "diamter": 1}"#, "unknown field `diamter`"),
+        (r#"{"direction": [0, 0, 1], "irradiance": [1, 1, 1], "width": 1}"#, "unknown field `width`"),
         (r#"{"direction": [0, 0, 1], "irradiance": [1, 1, 1], "diameter": 180}"#, "sun 0: expected a diameter above 0"),
         (r#"{"direction": [0, 0, 0], "irradiance": [1, 1, 1]}"#, "sun 0: expected a direction, found 0,0,0"),
         (r#"{"direction": [0, 0, 1], "irradiance": [1, -1, 1]}"#, "sun 0: expected an irradiance of at least 0"),
