@@ -10,14 +10,14 @@ use crate::sky::sun_extraction::{Sun, SunOptions, take_sun};
 pub struct SunsReport {
     /// The lights extracted, from the brightest peak on.
     pub suns: Vec<Sun>,
-    /// The map without them, see [`SunReport::rest`].
+    /// The map without them, see [`SunReport::rest`](crate::SunReport::rest).
     pub rest: MappedMap,
     /// Why there are no more, if they are fewer than were asked for.
     pub end: Option<NoSun>,
 }
 
-/// Extracts up to `count` suns or lamps by [`find_sun`], each from the rest of those before. The mean to which
-/// [`SunOptions::min_peak`] refers is that of the rest.
+/// Extracts up to `count` suns or lamps by [`find_sun`](crate::find_sun()), each from the rest of those before. The
+/// mean to which [`SunOptions::min_peak`] refers is that of the rest.
 ///
 /// ```
 /// use lobe_env::{SunOptions, bundled, extract_suns};
