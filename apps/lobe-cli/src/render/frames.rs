@@ -119,7 +119,8 @@ impl Frames<'_> {
 
     /// Notes where the picture is below zero because the expansion of the light rings.
     fn note_ringing(&self, below: f64) {
-        if below > 0.0 {
+        // Less would be told as 0.00 %.
+        if below >= 5e-5 {
             let text = format!(
                 "{:.2} % of what is seen of the scene is below zero, because the light rings; --window, or a light from \
                  lobe sh dering, stops that",

@@ -62,6 +62,11 @@ impl SunInput {
         Self { suns: SunChoice::None }
     }
 
+    /// Whether no suns are asked for.
+    pub(crate) fn are_none(&self) -> bool {
+        self.suns == SunChoice::None
+    }
+
     /// The number of suns that is asked for.
     pub(crate) fn count(&self) -> Option<usize> {
         match self.suns {
@@ -93,15 +98,23 @@ impl SunInput {
         }
     }
 
-    /// Notes which suns a map has lost to the light beside its expansion.
-    pub(crate) fn note(&self, light: &SceneLight, name: &str, talk: Talk) {
-        let suns = light.suns();
+    /// Notes which suns of a map stand apart, that they are fewer than was asked for, or that others come on top of
+    /// them.
+    pub(crate) fn note(&self, split: &SceneLight, light: &ReadLight, name: &str, talk: Talk) {
+        let suns = split.suns();
+        if self.path().is_some() && light.has_sun() {
+            talk.note(name, "has a sun of its own beside those of --suns; lobe env sun takes it out of the map");
+        }
+        if let Some(count) = self.count().filter(|count| suns.len() < *count) {
+            let found = suns.len();
+            talk.note(name, &format!("{found} of {count} suns were found; lobe env sun --count {count} says why"));
+        }
         if suns.is_empty() || !self.suns.looks() {
             return;
         }
         let of_suns: f64 = suns.iter().map(|sun| sun.irradiance.luminance()).sum();
         // Negative texels may leave less light than the suns have.
-        let percent = 100.0 * (of_suns / (4.0 * PI * light.mean().luminance())).clamp(0.0, 1.0);
+        let percent = 100.0 * (of_suns / (4.0 * PI * split.mean().luminance())).clamp(0.0, 1.0);
         let (what, it) = match suns.len() {
             1 => ("a sun".to_owned(), "it"),
             count => (format!("{count} suns"), "them"),
@@ -230,6 +243,12 @@ impl ExpansionInput {
 }
 
 impl ReadLight {
+    /// Whether it is a map with a sun that stands apart unless that is asked for otherwise.
+    pub(crate) fn has_sun(&self) -> bool {
+        let split = |map: &EnvMap| SceneLight::of_map(map, 1, &SunChoice::Auto);
+        self.map().and_then(|map| split(map).ok()).is_some_and(|split| !split.suns().is_empty())
+    }
+
     /// The map; none if the light is an expansion.
     pub(crate) fn map(&self) -> Option<&EnvMap> {
         self.map.as_deref()

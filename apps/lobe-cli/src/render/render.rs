@@ -90,6 +90,9 @@ impl Render {
         // A file of suns that cannot be read is refused before anything takes time.
         self.suns.given()?;
         let light = self.light.read(&self.memory, talk)?;
+        if let (None, Some(count @ 1..)) = (light.map(), self.suns.count()) {
+            bail!("--suns {count}: an expansion holds no suns that can be taken out; give a map, or a file of suns");
+        }
         let (stage, camera, split, kept) = self.stage(&light, talk)?;
         let maps = self.maps(&light, talk)?;
         // A map that is used as it was given has its own suns.
@@ -177,7 +180,7 @@ impl Render {
         }
         suns.check_memory(&self.light, light, &self.memory)?;
         let split = self.expansion.of(light, order, suns)?;
-        suns.note(&split, &self.light.path().display().to_string(), talk);
+        suns.note(&split, light, &self.light.path().display().to_string(), talk);
         Ok(Some(split))
     }
 
@@ -195,6 +198,10 @@ impl Render {
             // Transfer matrices hold direct and reflected light as one.
             let none = SunInput::none();
             let suns = if found.baked.is_glossy() { &none } else { &self.suns };
+            if found.baked.is_glossy() && !self.suns.are_none() && light.has_sun() {
+                let text = "the sun stays in the expansion of glossy surfaces, whose matrices have no direct part";
+                talk.note(&self.light.path().display().to_string(), text);
+            }
             let split = self.split(light, found.baked.order(), suns, talk)?;
             let completed = |work: Job<'_>| found.completed((&camera, &view), split.as_ref(), work);
             let baked = watched_job(talk, Kept::Nowhere, completed)?;

@@ -92,6 +92,10 @@ fn a_sun_casts_its_shadow_by_rays_whether_it_is_found_or_given() {
     };
     // The rest has been written in half precision.
     assert!(apart("found", "given") < 1e-3 * apart("found", "smeared"), "{}", apart("found", "given"));
+    let note = render("bundled:sunset", "--suns suns.json", "twice");
+    assert!(note.contains("has a sun of its own beside those of --suns"), "{note}");
+    let note = render("bundled:sunset", "--suns 3", "three");
+    assert!(note.contains("1 of 3 suns were found"), "{note}");
     let error = dir.lobe("render baked ball.glb --env bundled:sunset --suns no.json -o x.exr").error();
     assert!(error.contains("--suns") && error.contains("no.json"), "{error}");
 }

@@ -15,6 +15,9 @@ use crate::sky::sun_extraction::Sun;
 /// The most bytes of a file: a thousand for each sun, of which a printed one has a quarter.
 const MAX_BYTES: u64 = 1000 * SunChoice::MAX as u64;
 
+/// Some editors begin a text with it.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// The angular diameter of the sun, in degrees, as seen from the Earth at its mean distance: 1919 arc seconds.
 const SUN: f64 = 1919.0 / 3600.0;
 
@@ -115,7 +118,8 @@ pub fn read_suns(path: impl AsRef<Path>) -> Result<Vec<Sun>, EnvError> {
     }
     let form = "{\"direction\": [x, y, z], \"irradiance\": [r, g, b]}, or {\"suns\": [..]} of such";
     let other = |error: serde_json::Error| fault(format!("expected {form}; {error}"));
-    let found: serde_json::Value = serde_json::from_slice(&bytes).map_err(other)?;
+    let found: serde_json::Value =
+        serde_json::from_slice(bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes)).map_err(other)?;
     let records = match found.get("suns") {
         Some(_) => serde_json::from_value::<Records>(found).map_err(other)?.suns,
         None => vec![serde_json::from_value(found).map_err(other)?],

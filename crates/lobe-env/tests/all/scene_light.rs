@@ -122,6 +122,8 @@ fn suns_are_read_from_what_is_printed_of_them() {
         assert!(direction.angle_to(suns[0].direction) < 1e-12, "{direction:?}");
         assert!((angular_diameter / suns[0].angular_diameter - 1.0).abs() < 1e-12, "{angular_diameter}");
     }
+    let marked = read("\u{feff}{\"direction\": [0, 0, 1], \"irradiance\": [1, 1, 1]}".to_owned()).unwrap();
+    assert_eq!(marked.len(), 1, "after a mark of byte order");
     let short = read(r#"{"direction": [0, 0, 2], "irradiance": [1, 2, 3]}"#.to_owned()).unwrap();
     assert!((short[0].angular_diameter.to_degrees() - 0.533).abs() < 1e-3, "as large as the sun: {short:?}");
     for (text, expected) in [
