@@ -202,14 +202,16 @@ impl Reader {
         let (part, report) = match read {
             BakedOrScene::Baked(baked) => {
                 self.expect_not_straight_through(file)?;
-                let Baked { scene, transfer, lightmap, recipe, report, .. } = *baked;
+                let Baked { scene, transfer, direct, lightmap, recipe, report, .. } = *baked;
                 // Light goes where it went in the bake.
                 let scene = scene.with_straight_through(recipe.straight_through == Some(true));
-                let is_demodulated = recipe.bake_options().albedo == AlbedoMode::None;
+                let paths = recipe.bake_options();
+                let is_demodulated = paths.albedo == AlbedoMode::None;
                 let part = MovingPart::new(name, scene, motion);
+                let direct = direct.map(Arc::new);
                 // A lightmap is of what stands still.
                 let transfer = lightmap.is_none().then(|| Arc::new(transfer));
-                (MovingPart { transfer, is_demodulated, ..part }, report)
+                (MovingPart { transfer, direct, is_demodulated, paths: Some(paths), ..part }, report)
             }
             BakedOrScene::Scene(scene, report) => (MovingPart::new(name, scene, motion), *report),
         };

@@ -255,12 +255,11 @@ impl BakedScene {
         Ok(())
     }
 
-    /// The places whose direct part [`BakedScene::bake_direct`] bakes: all fronts unless a file holds theirs, and
-    /// backs.
+    /// The fronts and the backs whose direct part [`BakedScene::bake_direct`] bakes: no fronts if a file holds theirs.
     #[must_use]
-    pub fn lacking_direct(&self) -> usize {
+    pub fn lacking_direct(&self) -> [usize; 2] {
         let fronts = if self.direct.is_some() { 0 } else { self.receivers() };
-        fronts + self.back.as_ref().map_or(0, |back| back.places().len())
+        [fronts, self.back.as_ref().map_or(0, |back| back.places().len())]
     }
 
     /// Lights the scene: the exit radiance of every receiver is computed here, once for each light, without the direct

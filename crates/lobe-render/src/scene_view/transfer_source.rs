@@ -131,14 +131,17 @@ impl SceneTransfer {
     ) -> Result<BakedScene, RenderError> {
         self.bake_backs((camera, view), work.reborrow())?;
         if light.is_some_and(|light| !light.suns().is_empty()) && self.baked.needs_direct() {
-            let (baked, count) = (&self.baked, self.baked.lacking_direct());
-            check_memory(self.memory, baked.scene(), count, baked.options(), false)?;
+            let (baked, [fronts, backs]) = (&self.baked, self.baked.lacking_direct());
+            check_memory(self.memory, baked.scene(), fronts + backs, baked.options(), false)?;
             if let Some(file) = &self.file {
                 let places = if baked.is_lightmap() { "texels" } else { "vertices" };
-                let of_file = !baked.is_lightmap() && self.is_scene && count >= baked.receivers();
-                let advice = if of_file { "; a bake with @parts direct,reflected keeps it" } else { "" };
+                let (what, advice) = match fronts {
+                    0 => (format!("the backs of {backs} {places}"), ""),
+                    _ if baked.is_lightmap() || !self.is_scene => (format!("{fronts} {places}"), ""),
+                    _ => (format!("{fronts} {places}"), "; a bake with @parts direct,reflected keeps it"),
+                };
                 let text = format!(
-                    "holds no direct part of the transfer of {count} {places}, by which suns cast shadows; it is baked \
+                    "holds no direct part of the transfer of {what}, by which suns cast shadows; it is baked \
                      now{advice}"
                 );
                 work.note(file, &text);
