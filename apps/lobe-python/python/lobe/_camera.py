@@ -104,7 +104,7 @@ def lighting_of(light: EnvMap | Sh, order: int, suns: Suns) -> Lighting:
     given: list[tuple[list[float], list[float], float]] = []
     if isinstance(suns, (str, os.PathLike)):
         choice = os.fspath(suns)
-    elif isinstance(suns, (int, np.integer)) and not isinstance(suns, bool):
+    elif isinstance(suns, (int, np.integer)):
         choice = str(whole(suns, "suns", 0, 1024))
     else:
         choice = "none"
