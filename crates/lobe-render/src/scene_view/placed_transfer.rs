@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, BakedBacks, FittedVertices, TexelReceivers, Transfer};
+use lobe_prt::{BakeOptions, BakedBacks, FinishOptions, FittedVertices, TexelReceivers, Transfer, bake};
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb, ShVec};
 
@@ -32,11 +32,11 @@ impl PlacedTransfer {
         }
     }
 
-    /// Bakes the fronts of all places; vertices are fitted.
+    /// Bakes the fronts of all places; vertices are fitted, texels finished.
     pub(crate) fn fronts(
         (scene, bvh): (&Scene, &Bvh),
         places: &Places,
-        options: &BakeOptions,
+        (options, finish): (&BakeOptions, &FinishOptions),
         job: Job<'_>,
     ) -> Result<Self, RenderError> {
         match places {
@@ -46,8 +46,12 @@ impl PlacedTransfer {
             }
             Places::Texels(lightmap) => {
                 let texels = TexelReceivers::new(scene, lightmap.width())?;
-                let transfer = SurfaceTransfer::bake(scene, bvh, texels.receivers(), options, false, job)?.0;
-                Ok(Self { receivers: texels.dilated(), transfer })
+                let (transfer, _) = bake(scene, bvh, texels.receivers(), options, job)?;
+                let transfer = match finish.is_asked() {
+                    true => texels.finished(scene, transfer, finish)?.0,
+                    false => transfer,
+                };
+                Ok(Self { receivers: texels.dilated(), transfer: SurfaceTransfer::Matte(transfer.into()) })
             }
         }
     }
