@@ -303,6 +303,12 @@ impl Recipe {
         }
     }
 
+    /// How the texels of a lightmap were finished.
+    #[must_use]
+    pub fn finish_options(&self) -> FinishOptions {
+        FinishOptions { denoise: self.denoised == Some(true), stitch: self.stitched == Some(true) }
+    }
+
     /// The name of the light paths, also of those that this version does not know.
     #[must_use]
     pub fn mode_name(&self) -> Option<&str> {

@@ -104,7 +104,13 @@ pub(crate) fn bake_direct(
         Places::Vertices | Places::WithoutAlbedo => Ok(bake_vertices(&data.scene, &data.bvh, &options, job)?.0),
         Places::Texels(lightmap) => {
             let texels = TexelReceivers::new(&data.scene, lightmap.width())?;
-            texels.picture(&bake(&data.scene, &data.bvh, texels.receivers(), &options, job)?.0)
+            let (transfer, _) = bake(&data.scene, &data.bvh, texels.receivers(), &options, job)?;
+            let finish = recipe.finish_options();
+            let transfer = match finish.is_asked() {
+                true => texels.finished(&data.scene, transfer, &finish)?.0,
+                false => transfer,
+            };
+            texels.picture(&transfer)
         }
     }
 }

@@ -7,8 +7,8 @@ use lobe_env::SceneLight;
 use lobe_image::FileFormat;
 use lobe_io::Job;
 use lobe_prt::{
-    AlbedoMode, BakeMode, BakeOptions, Baked, FinishOptions, FittedVertices, GlossyLobe, Lightmap, Recipe,
-    read_any_transfer_bytes, read_baked, read_baked_bytes, read_matrices_bytes,
+    AlbedoMode, BakeMode, BakeOptions, Baked, FittedVertices, GlossyLobe, Lightmap, Recipe, read_any_transfer_bytes,
+    read_baked, read_baked_bytes, read_matrices_bytes,
 };
 use lobe_scene::{Bvh, Scene, SceneReadOptions};
 use lobe_sh::{Coefficient as _, Rgb};
@@ -246,9 +246,7 @@ impl BakedScene {
             Some(_) => None,
             None => {
                 // Texels as those of the whole transfer are.
-                let finish = FinishOptions::default()
-                    .denoise(recipe.denoised == Some(true))
-                    .stitch(recipe.stitched == Some(true));
+                let finish = recipe.finish_options();
                 Some(PlacedTransfer::fronts((scene, bvh), places, (&options, &finish), job.reborrow())?)
             }
         };
