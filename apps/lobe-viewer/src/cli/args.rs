@@ -11,7 +11,7 @@ use lobe::motion::MovingMethod;
 use lobe::prt::GlossyLobe;
 use lobe::render::{Background, CameraOptions, RenderError, ToneOptions};
 use lobe::scene::SceneFormat;
-use lobe_gpu::{GpuCamera, Storage, TurntableOptions};
+use lobe_gpu::{GpuCamera, SceneViewOptions, Storage, TurntableOptions};
 
 use crate::loading::limits::ReadLimits;
 use crate::loading::moving_light::LitOn;
@@ -43,8 +43,14 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "auto|none|N|FILE", default_value_t)]
     pub(crate) suns: SunChoice,
     /// Texels along each side of the map from which the shadow of a sun is found
-    #[arg(long, value_name = "N", default_value_t = 1024, requires = "without_window", value_parser = clap::value_parser!(u16).range(16..=8192))]
-    pub(crate) shadow_side: u16,
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = SceneViewOptions::default().shadow_side,
+        requires = "without_window",
+        value_parser = clap::value_parser!(u32).range(16..=8192)
+    )]
+    pub(crate) shadow_side: u32,
     /// What is behind the scene, as of `lobe render`: the environment; light, the bands that light the scene; none,
     /// with which pictures have an alpha; or a color, #rrggbb of sRGB or r,g,b of linear radiance
     #[arg(long, value_name = "env|light|none|COLOR", default_value_t = Background::Env, requires = "headless")]

@@ -29,7 +29,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(1));
     // As the window draws what moves.
     let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));
-    let options = options.shadow_side(u32::from(arguments.shadow_side));
+    let options = options.shadow_side(arguments.shadow_side);
     let Prepared { context, view, light, suns, order, vertices, name, .. } =
         prepare(arguments, opened, &options.output(ViewOutput::Display))?;
     let rate = BenchReport::frames_per_second(&view, &light, FRAMES.max(usize::from(arguments.frames)))?;

@@ -24,7 +24,7 @@ pub(crate) fn run(arguments: &Arguments, scene: &Path, output: &Path) -> anyhow:
     arguments.check_output()?;
     let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(RAYS));
     let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));
-    let options = options.shadow_side(u32::from(arguments.shadow_side));
+    let options = options.shadow_side(arguments.shadow_side);
     let frames = usize::from(arguments.frames);
     let (width, height) = (size[0] as usize, size[1] as usize);
     FrameSequence { width, height, frames, seconds_per_frame: TurntableOptions::default().seconds }.check(output)?;
