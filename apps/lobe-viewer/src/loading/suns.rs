@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use lobe::io::Job;
-use lobe::prt::{BakeMode, PrtError, Recipe, TexelReceivers, Transfer, bake, bake_vertices};
+use lobe::prt::{PrtError, Recipe, TexelReceivers, Transfer, bake, bake_vertices};
 use lobe_gpu::SunsApart;
 
 use crate::loading::bake::{SceneData, SceneNews};
@@ -98,8 +98,7 @@ pub(crate) fn bake_direct(
     places: &Places,
     job: Job<'_>,
 ) -> Result<Transfer, PrtError> {
-    let mut options = recipe.bake_options().order(order).mode(BakeMode::Shadowed);
-    options.samples = options.samples.or(recipe.samples);
+    let options = recipe.bake_options().order(order).of_direct_part(None);
     match places {
         Places::Vertices | Places::WithoutAlbedo => Ok(bake_vertices(&data.scene, &data.bvh, &options, job)?.0),
         Places::Texels(lightmap) => {

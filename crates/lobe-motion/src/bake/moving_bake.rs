@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use derive_setters::Setters;
 use lobe_io::Job;
-use lobe_prt::{AlbedoMode, BakeMode, BakeOptions, bake_vertices, scene_hash};
+use lobe_prt::{AlbedoMode, BakeOptions, bake_vertices, scene_hash};
 use lobe_scene::Bvh;
 use lobe_shadow::{
     FieldOptions, Lamp, RadianceField, RadianceOptions, Solid, SphereFitOptions, SphereSet, bake_field, fit_spheres,
@@ -218,7 +218,6 @@ impl MovingScene {
                 });
             }
             PartBakeKind::Direct => {
-                // The same paths up to the first surface, so that what both hold has no noise of its own.
                 let paths = part.paths.clone().unwrap_or_else(|| options.transfer.clone());
                 let albedo = if part.is_demodulated { AlbedoMode::None } else { AlbedoMode::Vertex };
                 // Without reflections the direct part is all.
@@ -226,7 +225,7 @@ impl MovingScene {
                 let direct = match all {
                     Some(all) => all,
                     None => {
-                        let paths = paths.mode(BakeMode::Shadowed).albedo(albedo);
+                        let paths = paths.of_direct_part(None).albedo(albedo);
                         Arc::new(bake_vertices(&part.scene, &Bvh::new(&part.scene), &paths, job)?.0)
                     }
                 };

@@ -1,7 +1,7 @@
 //! The backs of vertices of a part: transfer of those that views have shown.
 
 use lobe_io::Job;
-use lobe_prt::{BakeMode, BakeOptions, Receivers, Transfer, bake};
+use lobe_prt::{BakeOptions, Receivers, Transfer, bake};
 use lobe_scene::{Bvh, Scene};
 
 use lobe_render::RenderError;
@@ -43,7 +43,7 @@ impl PartBacks {
         let direct = match is_apart {
             false => None,
             true => {
-                let paths = with_channels.mode(BakeMode::Shadowed).samples(report.samples);
+                let paths = with_channels.of_direct_part(Some(report.samples));
                 let found = bake(scene, &bvh, &backs, &paths, job)?.0;
                 Some(after(known.and_then(|known| known.direct.as_ref()), &found)?)
             }

@@ -135,6 +135,13 @@ impl BakeOptions {
     /// The most paths from a receiver.
     pub const MAX_SAMPLES: u32 = 1 << 24;
 
+    /// The options of the [direct part](crate::TransferParts) of what was baked by these, with so many paths unless
+    /// they say how many: the same paths up to the first surface, so that what both hold has no noise of its own.
+    #[must_use]
+    pub fn of_direct_part(self, samples: Option<u32>) -> Self {
+        Self { mode: BakeMode::Shadowed, samples: self.samples.or(samples), ..self }
+    }
+
     /// The most reflections of a path.
     pub const MAX_BOUNCES: usize = 255;
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lobe_io::{Job, JobFiles, OptionError, Progress, Shard};
 use lobe_scene::GltfDocument;
 
-use crate::bake::options::{BakeMode, BakeReport};
+use crate::bake::options::BakeReport;
 use crate::bake_job::bake_job::{BakeJob, ends_in};
 use crate::bake_job::open_bake::{OpenBake, SplitBy, note_of_split};
 use crate::bake_work::{BakeWork, BakedRows};
@@ -275,7 +275,7 @@ impl PreparedBake {
         if self.open.job.work.fresh {
             files.discard()?;
         }
-        let options = self.work.options().clone().mode(BakeMode::Shadowed).samples(report.samples);
+        let options = self.work.options().clone().of_direct_part(Some(report.samples));
         let vertices = FittedVertices::all(self.work.scene())?;
         let (direct, _) =
             vertices.bake(self.work.bvh(), &options, work.step("bake direct").kept_in(files.checkpoint()))?;

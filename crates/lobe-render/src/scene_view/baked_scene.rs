@@ -240,8 +240,7 @@ impl BakedScene {
     /// As [`BakedScene::bake`].
     pub fn bake_direct(&mut self, mut job: Job<'_>) -> Result<(), RenderError> {
         let Self { scene, bvh, places, options, recipe, .. } = &*self;
-        let mut options = options.clone().mode(BakeMode::Shadowed);
-        options.samples = options.samples.or(recipe.samples);
+        let options = options.clone().of_direct_part(recipe.samples);
         let front = match &self.direct {
             Some(_) => None,
             None => {
