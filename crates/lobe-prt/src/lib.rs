@@ -27,7 +27,7 @@
 //! | neighborhood transfer | [`bake_neighborhood`], [`Neighborhood`], [`NeighborhoodGrid`] |
 //! | files of matrices | [`write_matrices`], [`read_matrices`], [`write_neighborhood`], [`read_neighborhood`] |
 //! | the record of how transfer was made | [`Recipe`] |
-//! | fingerprints of scenes | [`fingerprint_scene`], [`scene_hash`]; of arithmetic [`fingerprint_arithmetic`] |
+//! | fingerprints of scenes | [`fingerprint_scene`], [`fingerprint_finish`], [`scene_hash`]; of arithmetic [`fingerprint_arithmetic`] |
 //!
 //! Long functions end with a [`lobe_io::Job`], which says who watches them and in which file they are kept. Those that
 //! bake can be resumed; searches ([`fit_zonal`], [`compress_table`] and what is built on them) cannot, and refuse a
@@ -87,7 +87,7 @@ pub use finishing::finish::{FinishOptions, FinishReport};
 pub use fit::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively};
 pub use fit::fitted_vertices::FittedVertices;
 pub use fit::vertex_fit::bake_vertices;
-pub use job::fingerprint::{fingerprint_arithmetic, fingerprint_scene, scene_hash};
+pub use job::fingerprint::{fingerprint_arithmetic, fingerprint_finish, fingerprint_scene, scene_hash};
 pub use receivers::lightmap::Lightmap;
 pub use receivers::receivers::Receivers;
 pub use receivers::texel_receivers::TexelReceivers;

@@ -47,6 +47,23 @@ pub fn fingerprint_arithmetic(all: &mut Fingerprint) {
     }
 }
 
+/// Writes what a material says besides a color into a fingerprint; without textures and emission, two numbers.
+pub fn fingerprint_finish(all: &mut Fingerprint, material: &Material) {
+    all.floats(&[material.metallic, material.roughness]);
+    let mut used = |name: &[u8; 8], used: Option<TextureUse>| {
+        if let Some(used) = used {
+            all.word(u64::from_le_bytes(*name));
+            fingerprint_use(all, used);
+        }
+    };
+    used(b"metallic", material.metallic_texture);
+    used(b"rough   ", material.roughness_texture);
+    used(b"emissive", material.emissive_texture);
+    if material.is_emissive() {
+        all.floats(&material.emissive);
+    }
+}
+
 fn fingerprint_use(all: &mut Fingerprint, used: TextureUse) {
     all.words([used.texture as u64, used.uv_set as u64].into_iter());
     all.floats(used.uv_map.as_flattened());

@@ -64,7 +64,8 @@ pub enum Surfaces {
     /// All are matte and their albedo is the base color; metallic and roughness are ignored. This is what a diffuse
     /// bake computes.
     Matte,
-    /// The metallic-roughness model of glTF 2.0 with height-correlated masking, as renderers have it.
+    /// The metallic-roughness model of glTF 2.0 with height-correlated masking, as renderers have it; surfaces whose
+    /// materials emit light do.
     MetallicRoughness,
     /// The same with separable masking, as appendix B.3 of the specification prints it: rough metals are darker.
     MetallicRoughnessSeparable,
@@ -110,7 +111,8 @@ impl<'a> PathReceiver<'a> {
 /// turned to the side that is hit; it is shaded with the interpolated one, tilted by the normal map if there is one, and
 /// directions below the triangle's plane bring nothing. Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays
 /// through; [`Scene::stops`] decides about glass, and [`Scene::tint`] is the color of the light that goes through it.
-/// Nothing is clamped, and paths end at the last bounce, without Russian roulette: the mean is unbiased.
+/// Nothing is clamped, and paths end at the last bounce, without Russian roulette: the mean is unbiased. Paths meet
+/// surfaces that emit light by chance, as no direction is drawn towards them: small and bright ones make noise.
 ///
 /// Where the normal to shade with is tilted by δ off that of the triangle:
 ///
@@ -142,6 +144,8 @@ pub(crate) struct Interaction {
     /// The geometric normals: no ray goes below all of their planes. There is one but at a receiver.
     pub(crate) planes: SurfacePlanes,
     pub(crate) bsdf: Bsdf,
+    /// The radiance that the surface emits; none of a receiver.
+    pub(crate) emission: Rgb<f64>,
 }
 
 /// Where a path starts, and its numbers.
@@ -319,7 +323,7 @@ impl<'a> PathTracer<'a> {
             for (k, (s, (hit, tint))) in directions.iter().zip(&hits).enumerate() {
                 let radiance = match hit {
                     None => self.light.radiance(Dir::from_unit(*s)),
-                    Some(FirstHit { interaction: Some(_), .. }) => reflected.next().unwrap_or(Rgb::ZERO),
+                    Some(FirstHit { interaction: Some(at), .. }) => at.emission + reflected.next().unwrap_or(Rgb::ZERO),
                     Some(_) => Rgb::ZERO,
                 };
                 let radiance = if is_below(&planes, *s) { Rgb::ZERO } else { radiance * *tint };
@@ -344,6 +348,11 @@ impl<'a> PathTracer<'a> {
             }));
             found(first, &group);
         }
+    }
+
+    /// Whether surfaces emit light.
+    pub(crate) fn has_emission(&self) -> bool {
+        self.options.surfaces != Surfaces::Matte && self.surfaces.scene().is_emissive()
     }
 
     pub(crate) fn options(&self) -> &PathOptions {
@@ -391,7 +400,7 @@ impl<'a> PathTracer<'a> {
             albedo: Rgb::new(r, g, b),
             normal: facing.shading.map(|c| c as f32),
             distance: f64::from(hit.t) * facing.length,
-            interaction: self.interaction_at(&surface, &facing),
+            interaction: self.interaction_at(hit, &surface, &facing),
         }
     }
 
@@ -399,28 +408,30 @@ impl<'a> PathTracer<'a> {
     #[inline]
     pub(crate) fn interaction(&self, ray: &Ray, hit: &Hit) -> Option<Interaction> {
         let surface = self.surfaces.scene().surface(hit);
-        self.interaction_at(&surface, &Facing::of(&surface, ray))
+        self.interaction_at(hit, &surface, &Facing::of(&surface, ray))
     }
 
     #[inline]
-    fn interaction_at(&self, surface: &Surface, facing: &Facing) -> Option<Interaction> {
-        let material = self.surfaces.scene().material(surface.mesh);
-        if !(facing.is_front || material.double_sided) {
+    fn interaction_at(&self, hit: &Hit, surface: &Surface, facing: &Facing) -> Option<Interaction> {
+        let scene = self.surfaces.scene();
+        if !(facing.is_front || scene.material(surface.mesh).double_sided) {
             return None;
         }
         let [r, g, b, _] = surface.base_color;
         let base = Rgb::new(r, g, b).widen();
-        let bsdf = match self.options.surfaces {
-            Surfaces::Matte => Bsdf::matte(facing.shading, base),
+        let (bsdf, emission) = match self.options.surfaces {
+            Surfaces::Matte => (Bsdf::matte(facing.shading, base), Rgb::ZERO),
             gltf => {
+                let finish = scene.finish(hit);
                 let is_separable = gltf == Surfaces::MetallicRoughnessSeparable;
-                let facets = Facets::of_roughness(material.roughness.into(), is_separable);
+                let facets = Facets::of_roughness(finish.roughness.into(), is_separable);
                 let view = scale(facing.towards, -1.0 / facing.length);
-                Bsdf::metallic_roughness(facing.shading, base, material.metallic.into(), facets, view)
+                let bsdf = Bsdf::metallic_roughness(facing.shading, base, finish.metallic.into(), facets, view);
+                (bsdf, Rgb::from(finish.emission).widen())
             }
         };
         let origin = self.surfaces.bvh().origin_above(surface.position, facing.plane.map(|c| c as f32));
-        Some(Interaction { origin, planes: SurfacePlanes::One(facing.plane), bsdf })
+        Some(Interaction { origin, planes: SurfacePlanes::One(facing.plane), bsdf, emission })
     }
 
     /// Follows one path drawn from the BSDF alone, and calls `escaped` where it leaves the scene.
@@ -453,7 +464,7 @@ impl<'a> PathTracer<'a> {
             [] => SurfacePlanes::One(normal),
             planes => SurfacePlanes::Around(planes.iter().map(|n| n.map(f64::from)).collect()),
         };
-        Interaction { origin, planes, bsdf: Bsdf::matte(normal, receiver.albedo.widen()) }
+        Interaction { origin, planes, bsdf: Bsdf::matte(normal, receiver.albedo.widen()), emission: Rgb::ZERO }
     }
 }
 

@@ -54,7 +54,7 @@ impl PathTracer<'_> {
         starts: &[PathStart<'_>],
         bounces: usize,
     ) -> Vec<Rgb<f64>> {
-        let strategy = self.options().strategy;
+        let (strategy, has_emission) = (self.options().strategy, self.has_emission());
         let count = starts.len();
         let mut paths = PathsAbreast {
             starts,
@@ -72,13 +72,18 @@ impl PathTracer<'_> {
                 self.add_emitted_light(&mut paths, emitters, bounce);
             }
             let is_last = bounce == bounces;
-            if is_last && strategy == LightStrategy::NextEvent {
+            if is_last && strategy == LightStrategy::NextEvent && !has_emission {
                 break;
             }
-            // Draw directions from the BSDFs, and trace their rays; at the last bounce it only matters which escape.
+            // Draw directions from the BSDFs, and trace their rays; at the last bounce it only matters which escape,
+            // unless surfaces emit light.
             let (drawn, rays) = draw(&mut paths, bounce);
             paths.going.clear();
-            if is_last { self.end(&mut paths, drawn, &rays) } else { self.go_on(&mut paths, drawn, &rays) }
+            if is_last && !has_emission {
+                self.end(&mut paths, drawn, &rays);
+            } else {
+                self.go_on(&mut paths, drawn, &rays);
+            }
         }
         paths.sums
     }
@@ -163,7 +168,9 @@ impl PathTracer<'_> {
                 None => escaped.push(drawn),
                 Some(hit) => {
                     paths.at[path] = self.interaction(ray, &hit);
-                    if paths.at[path].is_some() {
+                    if let Some(at) = &paths.at[path] {
+                        let emission = at.emission;
+                        paths.add(path, emission);
                         paths.going.push(path);
                     }
                 }

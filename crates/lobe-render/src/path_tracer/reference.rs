@@ -3,7 +3,7 @@
 use derive_setters::Setters;
 use lobe_image::Picture;
 use lobe_io::{Fingerprint, Job, Shard};
-use lobe_prt::fingerprint_scene;
+use lobe_prt::{fingerprint_finish, fingerprint_scene};
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Rgb};
 use web_time::Instant;
@@ -204,7 +204,7 @@ fn fingerprint(
     let TruthOptions { width, height, count, paths } = *options;
     let mut all = Fingerprint::of_kind(KIND);
     fingerprint_scene(&mut all, scene);
-    scene.materials().iter().for_each(|material| all.floats(&[material.metallic, material.roughness]));
+    scene.materials().iter().for_each(|material| fingerprint_finish(&mut all, material));
     // Three rays determine a camera.
     for (right, up) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {
         let (origin, towards) = camera.ray(right, up);
@@ -261,7 +261,10 @@ fn trace_pixel(
             normal += Rgb::from(*n).widen();
             depth += distance;
             hits += 1.0;
-            let leaves = interaction.as_ref().and_then(|_| radiance.next()).unwrap_or(Rgb::ZERO);
+            let leaves = match interaction {
+                Some(at) => at.emission + radiance.next().unwrap_or(Rgb::ZERO),
+                None => Rgb::ZERO,
+            };
             means.add(leaves * *tint);
         }
     });

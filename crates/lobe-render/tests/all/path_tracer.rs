@@ -69,6 +69,54 @@ fn in_a_white_furnace_light_that_has_come_back_is_all_there_is() {
     assert!(before > 0.9999, "64 bounces: {before}");
 }
 
+/// A square ceiling of side 2 at a height of 1 whose lower side emits light of radiance 3.
+fn glowing_ceiling() -> Scene {
+    let glow =
+        Material { emissive: [3.0; 3], base_color: [0.0, 0.0, 0.0, 1.0], double_sided: false, ..Material::WHITE };
+    let parts = MeshParts {
+        positions: vec![[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]],
+        triangles: vec![[0, 2, 1], [0, 3, 2]],
+        material: Some(0),
+        ..MeshParts::default()
+    };
+    Scene::new(vec![Mesh::new(parts).unwrap()], vec![glow], vec![]).unwrap()
+}
+
+#[test]
+fn a_surface_that_emits_light_shines_on_others_as_a_square_lamp_does() {
+    // The part of the hemisphere that a square shows over its center, by the cosine: four corners of
+    // F = 1/2π · 2 · a/√(1 + a²) atan(a/√(1 + a²)), a = 1 (Howell's catalog, C-11).
+    let a = 0.5_f64.sqrt();
+    let expected = 3.0 * 4.0 / PI * a * a.atan();
+    let (scene, light) = (glowing_ceiling(), constant(0.0));
+    let bvh = Bvh::new(&scene);
+    for strategy in [LightStrategy::MultipleImportance, LightStrategy::Bsdf, LightStrategy::NextEvent] {
+        for bounces in [0, 2] {
+            let options =
+                PathOptions::default().bounces(bounces).strategy(strategy).surfaces(Surfaces::MetallicRoughness);
+            let tracer = PathTracer::new(&scene, &bvh, &light, options);
+            let found = tracer.radiance_at(&up([0.0; 3], 1.0), 0, &SampleCount::of(4096));
+            let error = 4.0 * found.variance.g.sqrt();
+            assert!((found.mean.g - expected).abs() < error, "{strategy:?}, {bounces}: {found:?}, expected {expected}");
+        }
+    }
+}
+
+#[test]
+fn light_that_a_surface_emits_is_seen_from_its_front_and_not_of_matte_surfaces() {
+    let scene = glowing_ceiling();
+    let options = TruthOptions::default().width(4).height(4).count(SampleCount::of(16));
+    let seen = |from: [f64; 3], surfaces: Surfaces| {
+        let camera = Camera::look_at(from, [0.0, 0.0, 1.0], 0.1).unwrap();
+        let options = options.paths(PathOptions::default().bounces(0).surfaces(surfaces));
+        trace(&scene, &camera, &constant(0.0), &options).mean.pixels()[5][1]
+    };
+    let (below, above) = ([0.3, 0.0, -2.0], [0.3, 0.0, 4.0]);
+    assert_eq!(seen(below, Surfaces::MetallicRoughness), 3.0, "the front");
+    assert_eq!(seen(above, Surfaces::MetallicRoughness), 0.0, "the back");
+    assert_eq!(seen(below, Surfaces::Matte), 0.0, "matte surfaces");
+}
+
 #[test]
 fn a_convex_white_body_vanishes_in_even_light() {
     let scene = white(square(Material::WHITE));

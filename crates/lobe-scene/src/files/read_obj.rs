@@ -9,7 +9,7 @@ use crate::files::obj::materials::{MtlMaterial, read_mtl};
 use crate::files::obj::smoothing::{NormalSums, Smoothing, split};
 use crate::files::picture::decode;
 use crate::files::polygon::Triangulator;
-use crate::files::source::Source;
+use crate::files::source::{Source, emission_unused};
 use crate::scene::material::{Material, TextureUse};
 use crate::scene::mesh::MeshParts;
 use crate::scene::near_origin::{from_origin, note_of_rounding, noticeable_rounding, origin_of};
@@ -550,8 +550,10 @@ fn read_materials(
             source.note(format!("material `{name}` is transparent, and taken as opaque"));
         }
         if material.emissive != [0.0; 3] {
-            source.note(format!("material `{name}` is emissive, which is not used: light comes from the environment"));
-            result.emissive = material.emissive;
+            if !source.options.finish {
+                source.note(emission_unused(&name));
+            }
+            result.emissive = material.emissive.map(|c| c.max(0.0));
         }
         read.push(result);
     }

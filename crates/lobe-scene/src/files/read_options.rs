@@ -34,6 +34,9 @@ pub struct SceneReadOptions {
     /// Whether normal textures of glTF are read, with the tangents of the meshes that have them, 48 bytes for each triangle. Without
     /// this, and of an [`AnimatedScene`](crate::AnimatedScene), a note says that they are not used.
     pub normal_maps: bool,
+    /// Whether textures of glTF are read that [`Scene::finish`](crate::Scene::finish) looks up: of metallic, roughness,
+    /// occlusion and emission. Without this they are left out; matte surfaces need none.
+    pub finish: bool,
     /// Where things stand that a glTF file moves. [`AnimatedScene`](crate::AnimatedScene) has all of their poses.
     pub pose: ScenePose,
 }
@@ -112,7 +115,7 @@ impl SceneReadOptions {
 impl Default for SceneReadOptions {
     /// y up, up to 2²⁶ triangles and vertices, up to 2²⁸ texels (1 GiB), no limit for all together, files within the
     /// folder only, normals as the format asks, white where there is no material, no light straight through, normal
-    /// textures, and the beginning of the first animation.
+    /// textures, those of a finish not, and the beginning of the first animation.
     fn default() -> Self {
         Self {
             up: Up::Y,
@@ -124,6 +127,7 @@ impl Default for SceneReadOptions {
             max_bytes: u64::MAX,
             straight_through: false,
             normal_maps: true,
+            finish: false,
             pose: ScenePose::default(),
         }
     }

@@ -322,3 +322,7 @@ fn length_of(path: &Path) -> io::Result<u64> {
 fn folder_of(path: &Path) -> Option<PathBuf> {
     path.parent().map(Path::to_path_buf)
 }
+/// The note about an emissive material where a finish is not read.
+pub(crate) fn emission_unused(name: &str) -> String {
+    format!("material `{name}` is emissive, which is not used: light comes from the environment")
+}

@@ -1,12 +1,72 @@
-//! Scenes whose surfaces all have one finish, whatever their materials say.
+//! The finish of surfaces: what their materials say besides a color, and scenes that have one finish everywhere.
 
 use crate::error::SceneError;
-use crate::scene::material::Material;
-use crate::scene::scene::Scene;
+use crate::scene::material::{Material, TextureUse};
+use crate::scene::ray::Hit;
+use crate::scene::scene::{Scene, blend};
+
+/// What the material of a surface says of one of its points besides the color.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finish {
+    /// 0 for plastics and stone, 1 for metals.
+    pub metallic: f32,
+    /// Perceptual roughness; its square is the α of GGX.
+    pub roughness: f32,
+    /// The part of the light from all around that reaches the point, by an [`OcclusionMap`](crate::OcclusionMap).
+    pub occlusion: f32,
+    /// Emitted radiance.
+    pub emission: [f32; 3],
+}
 
 impl Scene {
-    /// The same scene with another roughness and metallic of all surfaces, from 0 to 1; `None` leaves those of the materials. A mesh
-    /// without a material gets a white one.
+    /// The finish at a hit: the numbers of the material, times its textures where the mesh has their coordinates.
+    ///
+    /// # Panics
+    /// If the hit is of another scene and its triangle does not exist here.
+    #[must_use]
+    pub fn finish(&self, hit: &Hit) -> Finish {
+        let (mesh, triangle) = self.locate(hit.triangle as usize);
+        let (material, own) = (self.material(mesh), &self.meshes()[mesh]);
+        let place = |used: TextureUse| {
+            let (uvs, indices) = (own.uvs(used.uv_set), own.triangles()[triangle].map(|i| i as usize));
+            let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+            (!uvs.is_empty()).then(|| TextureUse::map(used.uv_map, blend(uvs, indices, weights)))
+        };
+        let stored = |used: Option<TextureUse>, channel: usize| {
+            let found = used.and_then(|used| Some(self.textures()[used.texture].sample_stored(place(used)?)[channel]));
+            found.unwrap_or(1.0)
+        };
+        let occlusion =
+            material.occlusion_map.map_or(1.0, |map| 1.0 + map.strength * (stored(Some(map.used), 0) - 1.0));
+        let mut emission = material.emissive;
+        if let Some(used) = material.emissive_texture.filter(|_| material.is_emissive())
+            && let Some(at) = place(used)
+        {
+            let texel = self.textures()[used.texture].sample(at);
+            emission.iter_mut().zip(texel).for_each(|(emission, factor)| *emission *= factor);
+        }
+        Finish {
+            metallic: material.metallic * stored(material.metallic_texture, 2),
+            roughness: material.roughness * stored(material.roughness_texture, 1),
+            occlusion,
+            emission,
+        }
+    }
+
+    /// Whether any surface emits light.
+    #[must_use]
+    pub fn is_emissive(&self) -> bool {
+        (0..self.meshes().len()).any(|mesh| self.material(mesh).is_emissive())
+    }
+
+    /// Whether any surface [shines](Material::is_shiny).
+    #[must_use]
+    pub fn is_shiny(&self) -> bool {
+        (0..self.meshes().len()).any(|mesh| self.material(mesh).is_shiny())
+    }
+
+    /// The same scene with another roughness and metallic of all surfaces, from 0 to 1; `None` leaves those of the
+    /// materials and their textures. A mesh without a material gets a white one.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] if one of them is not from 0 to 1.
@@ -26,8 +86,12 @@ impl Scene {
             meshes = made.collect();
         }
         for material in &mut materials {
-            material.roughness = roughness.unwrap_or(material.roughness);
-            material.metallic = metallic.unwrap_or(material.metallic);
+            if let Some(roughness) = roughness {
+                (material.roughness, material.roughness_texture) = (roughness, None);
+            }
+            if let Some(metallic) = metallic {
+                (material.metallic, material.metallic_texture) = (metallic, None);
+            }
         }
         Ok(Self::new(meshes, materials, textures)?.moved(origin))
     }

@@ -1,8 +1,8 @@
 //! Materials: the metallic-roughness model of glTF 2.0.
 
-/// The reflectance of a surface: the metallic-roughness model of glTF 2.0, as far as Lobe uses it.
+/// The reflectance of a surface: the metallic-roughness model of glTF 2.0.
 ///
-/// Emission is stored, not used: light comes from the environment.
+/// What is asked of a point is [`Surface::base_color`](crate::Surface::base_color) and [`Scene::finish`](crate::Scene::finish).
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Material {
     /// The name in its file.
@@ -19,10 +19,18 @@ pub struct Material {
     pub double_sided: bool,
     /// 0 for plastics and stone, 1 for metals.
     pub metallic: f32,
+    /// A texture whose blue multiplies [`metallic`](Self::metallic).
+    pub metallic_texture: Option<TextureUse>,
     /// Perceptual roughness; its square is the α of GGX.
     pub roughness: f32,
-    /// Emitted radiance in the file. Not used.
+    /// A texture whose green multiplies [`roughness`](Self::roughness).
+    pub roughness_texture: Option<TextureUse>,
+    /// A texture of how much light from all around reaches a point.
+    pub occlusion_map: Option<OcclusionMap>,
+    /// Emitted radiance, the same towards all sides, in the unit of the light.
     pub emissive: [f32; 3],
+    /// A texture that multiplies the emitted radiance.
+    pub emissive_texture: Option<TextureUse>,
     /// The part of the light entering the surface that comes out behind it, for thin glass: `KHR_materials_transmission`.
     pub transmission: f32,
     /// Whether light goes straight through blended and transmissive surfaces, see [`Scene::opacity`](crate::Scene::opacity);
@@ -81,6 +89,22 @@ pub struct NormalMap {
     pub scale: f32,
 }
 
+/// A texture of occlusion: of the light from all around, a point has the part
+///
+/// ```text
+///   o = 1 + s (t_r - 1)
+/// ```
+///
+/// where `t_r` is the texture's red as it is stored. It says nothing of lamps and suns. That is the occlusion texture of
+/// glTF 2.0.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct OcclusionMap {
+    /// The texture and its mapping.
+    pub used: TextureUse,
+    /// `s`, from 0, no occlusion, to 1.
+    pub strength: f32,
+}
+
 impl TextureUse {
     /// The point of the picture at a mesh's texture coordinates. It is finite if all of these numbers are, however large: products
     /// of two of `f32` are far from the largest of `f64`.
@@ -107,8 +131,12 @@ impl Material {
         alpha: Alpha::Opaque,
         double_sided: true,
         metallic: 0.0,
+        metallic_texture: None,
         roughness: 1.0,
+        roughness_texture: None,
+        occlusion_map: None,
         emissive: [0.0; 3],
+        emissive_texture: None,
         transmission: 0.0,
         straight_through: false,
     };
@@ -122,8 +150,11 @@ impl Material {
                  {base_color:?}, {metallic}, {roughness} and {transmission}"
             ));
         }
-        if !emissive.iter().all(|value| value.is_finite()) {
-            return Err(format!("material `{name}`: expected a finite emission, found {emissive:?}"));
+        if !emissive.iter().all(|value| value.is_finite() && *value >= 0.0) {
+            return Err(format!("material `{name}`: expected a finite emission from 0 on, found {emissive:?}"));
+        }
+        if let Some(strength) = self.occlusion_map.map(|map| map.strength).filter(|s| !(0.0..=1.0).contains(s)) {
+            return Err(format!("material `{name}`: expected a strength of occlusion from 0 to 1, found {strength}"));
         }
         for TextureUse { uv_set, uv_map, .. } in self.textures() {
             if uv_set > 1 {
@@ -141,12 +172,30 @@ impl Material {
 
     /// The textures of the material.
     pub(crate) fn textures(&self) -> impl Iterator<Item = TextureUse> {
-        self.base_color_texture.into_iter().chain(self.normal_map.map(|map| map.used))
+        let color = self.base_color_texture.into_iter().chain(self.normal_map.map(|map| map.used));
+        let finish = [self.metallic_texture, self.roughness_texture, self.emissive_texture].into_iter().flatten();
+        color.chain(finish).chain(self.occlusion_map.map(|map| map.used))
     }
 
     /// The same, to be changed.
     pub(crate) fn textures_mut(&mut self) -> impl Iterator<Item = &mut TextureUse> {
-        self.base_color_texture.iter_mut().chain(self.normal_map.iter_mut().map(|map| &mut map.used))
+        let color = self.base_color_texture.iter_mut().chain(self.normal_map.iter_mut().map(|map| &mut map.used));
+        let finish = [&mut self.metallic_texture, &mut self.roughness_texture, &mut self.emissive_texture];
+        let occlusion = self.occlusion_map.iter_mut().map(|map| &mut map.used);
+        color.chain(finish.into_iter().flatten()).chain(occlusion)
+    }
+
+    /// Whether surfaces of this material emit light.
+    #[must_use]
+    pub fn is_emissive(&self) -> bool {
+        self.emissive != [0.0; 3]
+    }
+
+    /// Whether surfaces of this material shine by more than the faint mirror of rough plastic: metals, and what is not
+    /// rough all over.
+    #[must_use]
+    pub fn is_shiny(&self) -> bool {
+        self.metallic > 0.0 || self.roughness < 1.0
     }
 
     /// Whether rays may pass surfaces of this material.

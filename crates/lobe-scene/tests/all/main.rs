@@ -7,6 +7,7 @@ mod common;
 mod compressed;
 mod damaged_files;
 mod far_coordinates;
+mod finish;
 mod hostile_files;
 mod motion;
 mod motion_built_in;

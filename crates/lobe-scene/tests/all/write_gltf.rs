@@ -1,8 +1,8 @@
 //! Scenes written as glTF and read again.
 
 use lobe_scene::{
-    Alpha, GltfDocument, Material, Mesh, MeshParts, NormalMap, Scene, SceneReadOptions, Texture, TextureUse, Wrap,
-    built_in, read_scene_bytes,
+    Alpha, GltfDocument, Material, Mesh, MeshParts, NormalMap, OcclusionMap, Scene, SceneReadOptions, Texture,
+    TextureUse, Wrap, built_in, read_scene_bytes,
 };
 use serde_json::json;
 
@@ -14,23 +14,30 @@ fn written(scene: &Scene) -> Gltf {
 }
 
 fn again(scene: &Scene) -> Scene {
-    read_scene_bytes(&written(scene).glb(), "again.glb", &SceneReadOptions::default()).unwrap().0
+    let options = SceneReadOptions::default().finish(true);
+    read_scene_bytes(&written(scene).glb(), "again.glb", &options).unwrap().0
 }
 
 #[test]
 fn every_member_of_a_material_comes_back() {
     let uv_map = [[2.0, 0.0, 0.5], [0.0, 4.0, 0.25]];
+    let used = TextureUse { texture: 0, uv_set: 1, uv_map };
     let mut materials = vec![
         Material {
             name: "everything".to_owned(),
             base_color: [0.25, 0.5, 0.75, 0.5],
-            base_color_texture: Some(TextureUse { texture: 0, uv_set: 1, uv_map }),
-            normal_map: Some(NormalMap { used: TextureUse { texture: 0, uv_set: 1, uv_map }, scale: 0.5 }),
+            base_color_texture: Some(used),
+            normal_map: Some(NormalMap { used, scale: 0.5 }),
             alpha: Alpha::Mask(0.25),
             double_sided: false,
             metallic: 0.25,
+            metallic_texture: Some(used),
             roughness: 0.5,
-            emissive: [0.5, 0.25, 1.0],
+            roughness_texture: Some(used),
+            occlusion_map: Some(OcclusionMap { used, strength: 0.25 }),
+            // Brighter than a factor may be.
+            emissive: [1.0, 0.5, 2.0],
+            emissive_texture: Some(used),
             transmission: 0.75,
             straight_through: false,
         },
@@ -47,7 +54,7 @@ fn every_member_of_a_material_comes_back() {
     let scene = Scene::new(vec![Mesh::new(parts).unwrap()], materials.clone(), vec![texture]).unwrap();
     assert_eq!(again(&scene).materials(), materials, "read again");
     let json = written(&scene).json;
-    let names = json!(["KHR_texture_transform", "KHR_materials_transmission"]);
+    let names = json!(["KHR_texture_transform", "KHR_materials_emissive_strength", "KHR_materials_transmission"]);
     assert_eq!(json["extensionsUsed"], names, "each is named once");
     // Whether light goes straight through is a matter of the reader.
     materials.iter_mut().for_each(|material| material.straight_through = true);

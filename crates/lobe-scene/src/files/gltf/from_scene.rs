@@ -128,6 +128,12 @@ impl GltfDocument {
         if let Some(used) = material.base_color_texture {
             pbr["baseColorTexture"] = self.texture_info(used);
         }
+        // One texture holds both.
+        if let Some(used) =
+            material.metallic_texture.filter(|_| material.metallic_texture == material.roughness_texture)
+        {
+            pbr["metallicRoughnessTexture"] = self.texture_info(used);
+        }
         let mut json = json!({
             "name": material.name,
             "pbrMetallicRoughness": pbr,
@@ -137,6 +143,20 @@ impl GltfDocument {
         if let Some(map) = material.normal_map {
             json["normalTexture"] = self.texture_info(map.used);
             json["normalTexture"]["scale"] = json!(map.scale);
+        }
+        if let Some(map) = material.occlusion_map {
+            json["occlusionTexture"] = self.texture_info(map.used);
+            json["occlusionTexture"]["strength"] = json!(map.strength);
+        }
+        if let Some(used) = material.emissive_texture {
+            json["emissiveTexture"] = self.texture_info(used);
+        }
+        // Factors end at 1; the strength carries what is above.
+        let strength = material.emissive.into_iter().fold(1.0_f32, f32::max);
+        if strength > 1.0 {
+            json["emissiveFactor"] = json!(material.emissive.map(|c| clamped(c / strength)));
+            json["extensions"]["KHR_materials_emissive_strength"] = json!({"emissiveStrength": strength});
+            self.use_extension("KHR_materials_emissive_strength");
         }
         match material.alpha {
             Alpha::Opaque => {}
@@ -148,7 +168,7 @@ impl GltfDocument {
         }
         if material.transmission > 0.0 {
             let transmission = json!({"transmissionFactor": clamped(material.transmission)});
-            json["extensions"] = json!({"KHR_materials_transmission": transmission});
+            json["extensions"]["KHR_materials_transmission"] = transmission;
             self.use_extension("KHR_materials_transmission");
         }
         push(&mut self.json, "materials", json);

@@ -12,8 +12,8 @@ use crate::files::gltf::accessor::view_bytes;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::uri::read_uri;
 use crate::files::picture::decode;
-use crate::files::source::Source;
-use crate::scene::material::{Alpha, Material, NormalMap, TextureUse};
+use crate::files::source::{Source, emission_unused};
+use crate::scene::material::{Alpha, Material, NormalMap, OcclusionMap, TextureUse};
 use crate::scene::texture::{Texture, Wrap};
 
 /// Reads all materials of the file, and of those that are used the textures of base colors and, if they are wanted, of normals.
@@ -44,6 +44,10 @@ pub(crate) fn read(
             }
             _ => None,
         };
+        let finish = match is_used[index] && source.options.finish {
+            true => textures.finish_of(index, material, &name, source)?,
+            false => Finish::default(),
+        };
         let alpha = match material.alpha_mode {
             Checked::Valid(AlphaMode::Opaque) => Alpha::Opaque,
             Checked::Valid(AlphaMode::Mask) => Alpha::Mask(material.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0)),
@@ -68,8 +72,12 @@ pub(crate) fn read(
             alpha,
             double_sided: material.double_sided,
             metallic,
+            metallic_texture: finish.metallic_roughness,
             roughness,
-            emissive: material.emissive_factor.0,
+            roughness_texture: finish.metallic_roughness,
+            occlusion_map: finish.occlusion,
+            emissive: emission_of(file, index, material, source),
+            emissive_texture: finish.emissive,
             transmission,
             straight_through: source.options.straight_through,
             name,
@@ -78,9 +86,21 @@ pub(crate) fn read(
     Ok((materials, textures.read))
 }
 
+/// The emitted radiance of a material: its factor times the strength of `KHR_materials_emissive_strength`.
+fn emission_of(file: &GltfFile, index: usize, material: &gltf_json::Material, source: &mut Source<'_>) -> [f32; 3] {
+    let extension = &file.json["materials"][index]["extensions"]["KHR_materials_emissive_strength"];
+    let strength = extension["emissiveStrength"].as_f64().unwrap_or(1.0) as f32;
+    let is_usable = strength.is_finite() && strength >= 0.0;
+    if !is_usable {
+        source.note(format!("material {index} has an emissive strength of {strength}, which is not used"));
+    }
+    let strength = if is_usable { strength } else { 1.0 };
+    material.emissive_factor.0.map(|c| if c.is_finite() { (c * strength).clamp(0.0, f32::MAX) } else { 0.0 })
+}
+
 fn note_unused(material: &gltf_json::Material, name: &str, source: &mut Source<'_>) {
-    if material.emissive_factor.0 != [0.0; 3] {
-        source.note(format!("material `{name}` is emissive, which is not used: light comes from the environment"));
+    if !source.options.finish && material.emissive_factor.0 != [0.0; 3] {
+        source.note(emission_unused(name));
     }
     if material.alpha_mode == Checked::Valid(AlphaMode::Blend) && !source.options.straight_through {
         source.note(format!("material `{name}` is blended, and taken as opaque"));
@@ -93,9 +113,17 @@ fn note_unused(material: &gltf_json::Material, name: &str, source: &mut Source<'
             source.note(format!("material `{name}` has a transmission texture; only its factor is used"));
         }
     }
-    if material.pbr_metallic_roughness.metallic_roughness_texture.is_some() {
+    if material.pbr_metallic_roughness.metallic_roughness_texture.is_some() && !source.options.finish {
         source.note(format!("material `{name}` has a metallic-roughness texture; only its factors are used"));
     }
+}
+
+/// The textures of a finish.
+#[derive(Default)]
+struct Finish {
+    metallic_roughness: Option<TextureUse>,
+    occlusion: Option<OcclusionMap>,
+    emissive: Option<TextureUse>,
 }
 
 /// The textures read so far.
@@ -107,6 +135,41 @@ struct Textures<'a> {
 }
 
 impl Textures<'_> {
+    /// The textures of the finish of the material of this index.
+    fn finish_of(
+        &mut self,
+        index: usize,
+        material: &gltf_json::Material,
+        name: &str,
+        source: &mut Source<'_>,
+    ) -> Result<Finish, SceneError> {
+        let mut read = |info: &Option<Info>| info.as_ref().map(|info| self.use_of(info, name, source)).transpose();
+        let metallic_roughness = read(&material.pbr_metallic_roughness.metallic_roughness_texture)?;
+        let emissive = read(&material.emissive_texture)?;
+        let occlusion = match &material.occlusion_texture {
+            Some(found) => {
+                let info = self.info_of(index, "occlusionTexture", "an occlusion texture", name, source)?;
+                let strength = source.unit(found.strength.0, &format!("material `{name}`: a strength of occlusion"));
+                Some(OcclusionMap { used: self.use_of(&info, name, source)?, strength })
+            }
+            None => None,
+        };
+        Ok(Finish { metallic_roughness, occlusion, emissive })
+    }
+
+    /// What a texture of the material of this index is as any other, with the extensions that its own type leaves out.
+    fn info_of(
+        &self,
+        index: usize,
+        key: &str,
+        what: &str,
+        material: &str,
+        source: &Source<'_>,
+    ) -> Result<Info, SceneError> {
+        Info::deserialize(&self.file.json["materials"][index][key])
+            .map_err(|error| source.invalid(format!("material `{material}`: expected {what}, found an error: {error}")))
+    }
+
     /// The normal map of the material of this index.
     fn normal_map(
         &mut self,
@@ -115,10 +178,7 @@ impl Textures<'_> {
         material: &str,
         source: &mut Source<'_>,
     ) -> Result<NormalMap, SceneError> {
-        // But for its scale it is as any texture, with the extensions that its own type leaves out.
-        let info = Info::deserialize(&self.file.json["materials"][index]["normalTexture"]).map_err(|error| {
-            source.invalid(format!("material `{material}`: expected a normal texture, found an error: {error}"))
-        })?;
+        let info = self.info_of(index, "normalTexture", "a normal texture", material, source)?;
         Ok(NormalMap { used: self.use_of(&info, material, source)?, scale })
     }
 
