@@ -123,8 +123,9 @@ pub(crate) fn render_still<'py>(
     let open = heard(py, move |_| scene.open())?;
     let found = watched_and_heard(py, progress, |job| asked.prepare(open, order, memory, job))?;
     let camera = camera_of(found.baked.scene(), view)?;
+    let has_suns = !light.suns().is_empty();
     // Files hold the fronts of surfaces; backs are baked as far as the view shows them.
-    let baked = watched(py, progress, None, |job| found.completed((&camera, &options), Some(&light), job))?;
+    let baked = watched(py, progress, None, |job| found.completed((&camera, &options), has_suns, job))?;
     let rest = light.rest().resized(baked.order().min(light.rest().order()));
     let lights = SceneLight::new(rest, light.suns().to_vec());
     let shown = |s: Dir| behind.seen([&light, &lights], s);

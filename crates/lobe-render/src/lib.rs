@@ -46,6 +46,7 @@ pub use camera::tone_options::ToneOptions;
 pub use camera::view::View;
 pub use camera::view_point::ViewPoint;
 pub use environment_mapping::environment_maps::{EnvironmentMaps, TurnedMaps};
+pub use environment_mapping::gltf_surfaces::{GltfSurfaces, Reflections};
 pub use environment_mapping::light_by_maps::light_by_environment_maps;
 pub use environment_mapping::options::EnvironmentMapOptions;
 pub use error::RenderError;
@@ -56,12 +57,16 @@ pub use path_tracer::estimate::{PathEstimate, SampleCount};
 pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer, Surfaces};
 pub use path_tracer::reference::{Truth, TruthOptions, render_truth, render_truth_shard, render_truth_with_emitters};
 pub use path_tracer::truth_exr::{TracedPicture, read_traced_picture, read_traced_picture_bytes};
-pub use scene_view::baked_scene::{BakedScene, LitScene, transfer_bytes};
-pub use scene_view::light_scene::{LitPicture, light_baked_scene, light_by_irradiance, light_scene_by};
+pub use scene_view::baked_scene::{BakedScene, transfer_bytes};
+pub use scene_view::light_scene::{
+    LitPicture, light_baked_scene, light_baked_surfaces, light_by_irradiance, light_scene_by, light_surfaces_by,
+};
+pub use scene_view::lit_scene::LitScene;
 pub use scene_view::picture_bake::PictureBake;
 pub use scene_view::placed_transfer::vertex_backs_in_view;
 pub use scene_view::scene_picture::{SceneHit, ViewOptions, scene_picture};
 pub use scene_view::sun_rays::{SunRays, SurfacePoint};
+pub use scene_view::surface_model::{LitSurfaces, MatteSurfaces, SurfaceLight, SurfaceModel, Surroundings};
 pub use scene_view::transfer_source::{SceneTransfer, TransferSource};
 
 /// The examples of the README are tests.

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use anyhow::bail;
 use clap::Args;
 use lobe::env::{EnvMap, Mapping};
-use lobe::render::{EnvironmentMapOptions, EnvironmentMaps, Surfaces};
+use lobe::render::{EnvironmentMapOptions, EnvironmentMaps, Reflections, Surfaces};
 
 use crate::args::memory::MemoryLimit;
 use crate::args::values;
@@ -58,16 +58,43 @@ impl EnvironmentInput {
         memory: &MemoryLimit,
         talk: Talk,
     ) -> anyhow::Result<EnvironmentMaps> {
-        let through = self.reflect_through;
-        let options = EnvironmentMapOptions::default()
-            .surfaces(surfaces)
-            .mapping(through.map(|through| through.mapping))
-            .rows(through.and_then(|through| through.rows));
-        let bytes = options.bytes(light.width(), light.height());
-        memory.check(&format!("filtering {name}"), bytes, "a smaller one, by lobe env convert --size")?;
+        let options = self.options(surfaces);
+        expect_memory((light, name), &options, memory)?;
         let maps = watched(talk, "filter", |job| EnvironmentMaps::new(light.clone(), &options, job))?;
         maps.or_else(|_| bail!("stopped before the first picture; nothing is kept"))
     }
+
+    /// What shiny surfaces reflect of the light.
+    pub(crate) fn reflections(
+        &self,
+        (light, name): (EnvMap, &str),
+        surfaces: Surfaces,
+        memory: &MemoryLimit,
+        talk: Talk,
+    ) -> anyhow::Result<Reflections> {
+        let options = self.options(surfaces);
+        expect_memory((&light, name), &options, memory)?;
+        let maps = watched(talk, "filter", |job| Reflections::new(light, &options, job))?;
+        maps.or_else(|_| bail!("stopped before the first picture; nothing is kept"))
+    }
+
+    fn options(&self, surfaces: Surfaces) -> EnvironmentMapOptions {
+        let through = self.reflect_through;
+        EnvironmentMapOptions::default()
+            .surfaces(surfaces)
+            .mapping(through.map(|through| through.mapping))
+            .rows(through.and_then(|through| through.rows))
+    }
+}
+
+/// Refuses a light whose filtering takes more memory than allowed.
+fn expect_memory(
+    (light, name): (&EnvMap, &str),
+    options: &EnvironmentMapOptions,
+    memory: &MemoryLimit,
+) -> anyhow::Result<()> {
+    let bytes = options.bytes(light.width(), light.height());
+    memory.check(&format!("filtering {name}"), bytes, "a smaller one, by lobe env convert --size")
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use anyhow::{anyhow, bail};
 use clap::Args;
-use lobe::env::{EnvMap, SceneLight, Sun, SunChoice, read_suns};
+use lobe::env::{EnvMap, SceneLight, Sun, SunChoice, read_suns, reconstruct};
 use lobe::render::{Backdrop, Background, DistantLight};
 use lobe::sh::expansion::Quantity;
 use lobe::sh::sh_json::read_sh_json;
@@ -16,11 +16,16 @@ use crate::args::input::without_options;
 use crate::args::map_input::{MapInput, OF_MAP};
 use crate::args::memory::MemoryLimit;
 use crate::args::values;
+use crate::render::stage::Split;
 use crate::run::talk::Talk;
 
 /// Advice on a map that is too large or has pixels that are no numbers.
 const CONVERT_FIRST: [&str; 2] =
     ["make it smaller with lobe env convert --max-texels", "lobe env convert --nonfinite zero makes them black"];
+
+/// Columns of the map that an expansion is made, for what surfaces reflect of it: of order 8 its bands are 32 texels
+/// wide.
+const OF_EXPANSION: usize = 256;
 
 /// What lights the scene.
 #[derive(Args)]
@@ -217,28 +222,40 @@ impl ExpansionInput {
     }
 
     /// The suns of the light, and the expansion of the rest under its window; of the order asked for, its own, or
-    /// `default`.
+    /// `default`. With it the map of the rest, if that is wanted.
     pub(crate) fn of(
         &self,
         light: &ReadLight,
         default: usize,
         SunInput { suns }: &SunInput,
-    ) -> anyhow::Result<SceneLight> {
+        wants_rest: bool,
+    ) -> anyhow::Result<Split> {
         let split = match (&light.expansion, &light.map) {
-            (Some(f), _) => SceneLight::of_expansion(f.resized(self.order.unwrap_or(f.order())), suns),
-            (None, Some(map)) => SceneLight::of_map(map, self.order.unwrap_or(default), suns),
+            (Some(f), _) => {
+                let f = f.resized(self.order.unwrap_or(f.order()));
+                let rest = wants_rest.then(|| reconstruct(&f, OF_EXPANSION, OF_EXPANSION / 2));
+                SceneLight::of_expansion(f, suns).map(|light| (light, rest))
+            }
+            (None, Some(map)) => {
+                let order = self.order.unwrap_or(default);
+                match wants_rest {
+                    true => SceneLight::of_map_with_rest((**map).clone().into(), order, suns)
+                        .and_then(|(light, rest)| Ok((light, Some(rest.into_env_map()?)))),
+                    false => SceneLight::of_map(map, order, suns).map(|light| (light, None)),
+                }
+            }
             (None, None) => unreachable!("a light is a map or an expansion"),
         };
-        let split = split.map_err(|error| anyhow!("--suns: {error}"))?;
+        let (split, rest) = split.map_err(|error| anyhow!("--suns: {error}"))?;
         let order = split.rest().order() as f64;
         let window = match self.window {
-            None => return Ok(split),
+            None => return Ok(Split { light: split, rest }),
             Some(WindowKind::Hanning(band)) => Window::Hanning { width: band.unwrap_or(order) },
             Some(WindowKind::Lanczos(power, band)) => Window::Lanczos { width: band.unwrap_or(order), power },
             Some(WindowKind::Gauss(degrees)) => Window::Gauss { sigma: degrees.to_radians() },
             Some(WindowKind::Laplacian(part)) => Window::squared_laplacian_of(split.rest().coefficients(), part),
         };
-        Ok(split.windowed(&window))
+        Ok(Split { light: split.windowed(&window), rest })
     }
 }
 

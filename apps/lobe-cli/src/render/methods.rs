@@ -143,6 +143,8 @@ pub(crate) struct Baked {
     #[command(flatten)]
     rays: Rays,
     #[command(flatten)]
+    surfaces: SurfaceInput,
+    #[command(flatten)]
     transfer: JobArgs<TransferSource>,
 }
 
@@ -227,9 +229,9 @@ fn bounces(text: &str) -> Result<usize, String> {
 
 impl Baked {
     fn render(self) -> anyhow::Result<Render> {
-        let Self { common, expansion, suns, rays, transfer } = self;
+        let Self { common, expansion, suns, rays, surfaces, transfer } = self;
         let transfer = transfer.job()?;
-        Ok(Render { expansion, suns, samples: rays.samples, transfer, ..common.render(Mode::Baked) })
+        Ok(Render { expansion, suns, samples: rays.samples, surfaces, transfer, ..common.render(Mode::Baked) })
     }
 }
 

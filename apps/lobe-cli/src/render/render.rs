@@ -4,13 +4,13 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::bail;
-use lobe::env::{SceneLight, Sun};
+use lobe::env::Sun;
 use lobe::io::{Job, JobFiles, Progress, Shard, SharingOptions};
 use lobe::motion::{MovingJob, MovingScene, MovingShading, OneBake, light_moving_scene};
 use lobe::prt::OpenScene;
 use lobe::render::{
-    Background, Camera, DistantLight, Emitter, EnvironmentMaps, RenderError, Surfaces, TransferSource, TruthOptions,
-    ViewOptions, light_baked_scene, light_by_environment_maps, light_by_irradiance, render_truth_shard,
+    Background, Camera, DistantLight, Emitter, EnvironmentMaps, MatteSurfaces, RenderError, SurfaceModel, Surfaces,
+    TransferSource, TruthOptions, ViewOptions, light_baked_surfaces, light_by_environment_maps, light_by_irradiance, render_truth_shard,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rotation};
@@ -24,7 +24,7 @@ use crate::render::frames::{Frames, SECONDS_PER_FRAME};
 use crate::render::light::{ExpansionInput, LightInput, ReadLight, SunInput};
 use crate::render::mode::Mode;
 use crate::render::pictures::{Pictures, Rendered};
-use crate::render::stage::{IRRADIANCE_ORDER, Lit, Stage, Work, moving_bounds};
+use crate::render::stage::{IRRADIANCE_ORDER, Lit, Split, Stage, Work, moving_bounds};
 use crate::render::surfaces::SurfaceInput;
 use crate::render::time::TimeInput;
 use crate::render::truth;
@@ -43,7 +43,7 @@ const EDGE_RAYS: usize = 4;
 const BOUNCES: usize = 3;
 
 /// What all pictures are made of, and the files of the bakes that it took.
-type Staged = (Stage, Camera, Option<SceneLight>, Vec<JobFiles>);
+type Staged = (Stage, Camera, Option<Split>, Vec<JobFiles>);
 
 /// A picture as it was asked for, by any method.
 pub(crate) struct Render {
@@ -95,12 +95,16 @@ impl Render {
         }
         let (stage, camera, split, kept) = self.stage(&light, talk)?;
         let maps = self.maps(&light, talk)?;
+        let (split, rest) = split.map_or((None, None), |split| (Some(split.light), split.rest));
+        let name = self.light.path().display().to_string();
+        let reflections =
+            rest.map(|rest| self.environment.reflections((rest, &name), self.model(), &self.memory, talk)).transpose()?;
         // A map that is used as it was given has its own suns.
         let suns = match &split {
             Some(split) => split.suns().to_vec(),
             None => self.suns.given()?,
         };
-        let mut work = Work { stage, camera, light: &light, split, suns, maps, tree: None };
+        let mut work = Work { stage, camera, light: &light, split, suns, maps, reflections, tree: None };
         if let Some(shard) = self.sharing.shard {
             return self.trace_shard(&work, shard, talk);
         }
@@ -166,7 +170,7 @@ impl Render {
         order: usize,
         suns: &SunInput,
         talk: Talk,
-    ) -> anyhow::Result<Option<SceneLight>> {
+    ) -> anyhow::Result<Option<Split>> {
         let is_expansion = match self.mode {
             Mode::Trace => self.expansion.is_asked_of(light),
             Mode::Maps => false,
@@ -179,21 +183,26 @@ impl Render {
             return Ok(None);
         }
         suns.check_memory(&self.light, light, &self.memory)?;
-        let split = self.expansion.of(light, order, suns)?;
-        suns.note(&split, light, &self.light.path().display().to_string(), talk);
+        let split = self.expansion.of(light, order, suns, self.reflects_light())?;
+        suns.note(&split.light, light, &self.light.path().display().to_string(), talk);
         Ok(Some(split))
     }
 
     /// The scene as the mode needs it, the camera that sees it, the light, and the files of bakes.
     fn stage(&self, light: &ReadLight, talk: Talk) -> anyhow::Result<Staged> {
-        let open = OpenScene::new(self.scene.source()?, self.memory.bytes())?;
+        let has_finish = self.model() != Surfaces::Matte;
+        let open = OpenScene::new(self.scene.source()?.finish(has_finish), self.memory.bytes())?;
         if self.is_moving() || (self.mode == Mode::Trace && open.has_poses()) {
             return self.moving_stage(open, light, talk);
         }
         self.scene.expect_no_time_unless_gltf()?;
         if self.mode == Mode::Baked {
             let (order, memory) = (self.expansion.order, self.memory.limit());
-            let found = watched_job(talk, Kept::Nowhere, |work| self.transfer.prepare(open, order, memory, work))?;
+            let mut found = watched_job(talk, Kept::Nowhere, |work| self.transfer.prepare(open, order, memory, work))?;
+            found.baked = self.surfaces.applied_to_baked(found.baked)?;
+            if found.baked.is_glossy() && has_finish {
+                bail!("--surfaces: glossy transfer has the lobe of --lobe; leave the option out");
+            }
             let (camera, view) = (self.view.camera(found.baked.scene())?, self.view_options());
             // Transfer matrices hold direct and reflected light as one.
             let none = SunInput::none();
@@ -203,7 +212,8 @@ impl Render {
                 talk.note(&self.light.path().display().to_string(), text);
             }
             let split = self.split(light, found.baked.order(), suns, talk)?;
-            let completed = |work: Job<'_>| found.completed((&camera, &view), split.as_ref(), work);
+            let has_suns = split.as_ref().is_some_and(|split| !split.light.suns().is_empty());
+            let completed = |work: Job<'_>| found.completed((&camera, &view), has_suns || has_finish, work);
             let baked = watched_job(talk, Kept::Nowhere, completed)?;
             return Ok((Stage::Baked(Box::new(baked)), camera, split, Vec::new()));
         }
@@ -244,7 +254,7 @@ impl Render {
             }
             watched_one(own, talk, what, bake)
         };
-        let has_suns = split.as_ref().is_some_and(|split| !split.suns().is_empty());
+        let has_suns = split.as_ref().is_some_and(|split| !split.light.suns().is_empty());
         let (shading, kept) = self.moving.prepare::<anyhow::Error>(
             &mut moving,
             &paths,
@@ -260,7 +270,7 @@ impl Render {
 
     fn render(&self, work: &mut Work<'_>, turn: &Rotation, time: f64, job: Job<'_>) -> Result<Rendered, RenderError> {
         let lit = self.lit(work, turn);
-        let Work { stage, camera, tree, maps, .. } = work;
+        let Work { stage, camera, tree, maps, reflections, .. } = work;
         match stage {
             Stage::Plain(scene, bvh) if self.mode == Mode::Trace => {
                 let suns = lit.emitters(Vec::new(), scene);
@@ -283,8 +293,10 @@ impl Render {
                 Ok(Rendered::Shaded(lit.finished(picture)))
             }
             Stage::Baked(baked) => {
-                let background = |s: Dir| lit.shown.seen(s);
-                let picture = light_baked_scene(baked, lit.light(), camera, &self.view_options(), background, job)?;
+                let (background, view) = (|s: Dir| lit.shown.seen(s), self.view_options());
+                let shiny = reflections.as_ref().map(|reflections| reflections.turned(turn));
+                let model = shiny.as_ref().map_or(&MatteSurfaces as &dyn SurfaceModel, |shiny| shiny);
+                let picture = light_baked_surfaces(baked, (lit.light(), model), camera, &view, background, job)?;
                 Ok(Rendered::Shaded(lit.finished(picture)))
             }
         }
@@ -329,17 +341,26 @@ impl Render {
         Ok(Rendered::Shaded(lit.finished(shaded)))
     }
 
+    /// The model of reflection.
+    fn model(&self) -> Surfaces {
+        self.surfaces.model(self.mode.surfaces().unwrap_or(Surfaces::Matte))
+    }
+
+    /// Whether surfaces whose light is known by transfer reflect a map of it, too.
+    fn reflects_light(&self) -> bool {
+        self.mode == Mode::Baked && self.model() != Surfaces::Matte
+    }
+
     fn truth_options(&self) -> TruthOptions {
-        let surfaces = self.surfaces.model(Surfaces::Matte);
+        let surfaces = self.model();
         truth::options(self.view.size(), self.samples, (self.bounces.unwrap_or(BOUNCES), self.seed), surfaces)
     }
 
     /// The maps of environment mapping; none of other methods.
     fn maps(&self, light: &ReadLight, talk: Talk) -> anyhow::Result<Option<EnvironmentMaps>> {
         let (Mode::Maps, Some(map)) = (self.mode, light.map()) else { return Ok(None) };
-        let surfaces = self.surfaces.model(Surfaces::MetallicRoughness);
         let name = self.light.path().display().to_string();
-        self.environment.maps((map, &name), surfaces, &self.memory, talk).map(Some)
+        self.environment.maps((map, &name), self.model(), &self.memory, talk).map(Some)
     }
 
     /// The options of the view of all methods that shade what they hit.
@@ -395,7 +416,7 @@ impl Render {
         }
         if self.mode == Mode::Maps {
             self.light.expect_map()?;
-            self.environment.check(self.surfaces.model(Surfaces::MetallicRoughness))?;
+            self.environment.check(self.model())?;
         }
         if self.sharing.asked().is_some() && self.pictures.count() > 1 {
             bail!("--shard and --merge: only of a single picture; several pictures are shared by --frames A..B");

@@ -1,8 +1,8 @@
 //! The stage of `lobe render`, which all pictures share: the scene as the mode needs it, the camera, and the light.
 
-use lobe::env::{SceneLight, Sun};
+use lobe::env::{EnvMap, SceneLight, Sun};
 use lobe::motion::{MovingScene, MovingShading};
-use lobe::render::{BakedScene, Camera, DistantLight, Emitter, EnvironmentMaps, LitPicture, RenderError};
+use lobe::render::{BakedScene, Camera, DistantLight, Emitter, EnvironmentMaps, LitPicture, Reflections, RenderError};
 use lobe::scene::{Bvh, Scene};
 
 use crate::render::light::ReadLight;
@@ -18,6 +18,13 @@ pub(crate) enum Stage {
     Moving(Box<MovingScene>, Option<MovingShading>),
 }
 
+/// The light as suns and an expansion, and its map without the suns.
+pub(crate) struct Split {
+    pub(crate) light: SceneLight,
+    /// None of an expansion.
+    pub(crate) rest: Option<EnvMap>,
+}
+
 /// The inputs that all frames share.
 pub(crate) struct Work<'a> {
     pub(crate) stage: Stage,
@@ -29,6 +36,8 @@ pub(crate) struct Work<'a> {
     pub(crate) suns: Vec<Sun>,
     /// Of environment mapping.
     pub(crate) maps: Option<EnvironmentMaps>,
+    /// What surfaces of transfer reflect that are not matte.
+    pub(crate) reflections: Option<Reflections>,
     /// Of the moment that was shaded before.
     pub(crate) tree: Option<Bvh>,
 }

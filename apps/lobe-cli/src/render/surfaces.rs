@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::render::Surfaces;
+use lobe::render::{BakedScene, Surfaces};
 use lobe::scene::Scene;
 
 use crate::args::values;
@@ -10,7 +10,7 @@ use crate::args::values;
 /// How surfaces reflect, of the methods that look at more than their base color.
 #[derive(Args, Default)]
 pub(crate) struct SurfaceInput {
-    /// The model of reflection [default: of trace matte, as in a bake; of maps gltf]
+    /// The model of reflection [default: of baked and trace matte, as in a bake; of maps gltf]
     #[arg(long, value_enum)]
     surfaces: Option<SurfaceModel>,
     /// With gltf: this roughness of all surfaces, 0 (mirrors) to 1, in place of their own
@@ -66,6 +66,11 @@ impl SurfaceInput {
     /// The scene with the finish that is asked for.
     pub(crate) fn applied(&self, scene: Scene) -> anyhow::Result<Scene> {
         Ok(scene.with_finish(self.roughness, self.metallic)?)
+    }
+
+    /// The baked scene with the finish that is asked for.
+    pub(crate) fn applied_to_baked(&self, baked: BakedScene) -> anyhow::Result<BakedScene> {
+        Ok(baked.with_finish(self.roughness, self.metallic)?)
     }
 
     /// The option of a finish that is given, if any.

@@ -11,7 +11,7 @@ use crate::projection::project_map::project_map;
 use crate::sky::sun_choice::SunChoice;
 use crate::sky::sun_extraction::{Sun, SunOptions};
 use crate::sky::sun_file::read_suns;
-use crate::sky::suns::extract_suns;
+use crate::sky::suns::{SunsReport, extract_suns};
 
 /// Distant light as suns, which cast shadows by themselves, and the rest, an expansion of radiance.
 ///
@@ -61,17 +61,21 @@ impl SceneLight {
     /// # Errors
     /// [`EnvError::File`] if a file of suns cannot be read.
     pub fn of_map(map: &MappedMap, order: usize, choice: &SunChoice) -> Result<Self, EnvError> {
-        let Some(most) = choice.most() else { return Self::of_expansion(project_map(map, order), choice) };
-        let found = extract_suns(map, most, &SunOptions::default());
-        let least = choice.least_part() * 4.0 * PI * map.mean().luminance().abs();
-        let is_bright = |sun: &Sun| sun.irradiance.luminance() >= least;
-        // The last suns stay in the map if they are faint. A glint that is brighter than the sun has come before it.
-        let count = found.suns.iter().rposition(is_bright).map_or(0, |last| last + 1);
-        if count == found.suns.len() {
-            return Ok(Self::new(project_map(&found.rest, order), found.suns));
+        match taken_out(map, choice) {
+            Some(found) => Ok(Self::new(project_map(&found.rest, order), found.suns)),
+            None => Self::of_expansion(project_map(map, order), choice),
         }
-        drop(found);
-        Self::of_map(map, order, &SunChoice::Count(count))
+    }
+
+    /// [`SceneLight::of_map`], and the map without the suns that were taken out: what mirrors show beside them.
+    ///
+    /// # Errors
+    /// As [`SceneLight::of_map`].
+    pub fn of_map_with_rest(map: MappedMap, order: usize, choice: &SunChoice) -> Result<(Self, MappedMap), EnvError> {
+        match taken_out(&map, choice) {
+            Some(found) => Ok((Self::new(project_map(&found.rest, order), found.suns), found.rest)),
+            None => Ok((Self::of_expansion(project_map(&map, order), choice)?, map)),
+        }
     }
 
     /// The light of an expansion, beside the suns of the choice; none are looked for in it.
@@ -160,5 +164,24 @@ impl SceneLight {
     pub fn irradiance(&self, normal: Dir) -> Rgb<f64> {
         let rest = self.rest.convolved(&lobe_sh::Zonal::clamped_cosine(self.rest.order())).eval(normal);
         self.suns.iter().fold(rest, |all, sun| all + sun.irradiance_at(normal))
+    }
+}
+
+/// The suns of a map that the choice takes out, and the rest of it; none if suns are not looked for.
+fn taken_out(map: &MappedMap, choice: &SunChoice) -> Option<SunsReport> {
+    let mut most = choice.most()?;
+    let least = choice.least_part() * 4.0 * PI * map.mean().luminance().abs();
+    loop {
+        let found = extract_suns(map, most, &SunOptions::default());
+        let is_bright = |sun: &Sun| sun.irradiance.luminance() >= least;
+        // The last suns stay in the map if they are faint. A glint that is brighter than the sun has come before it.
+        let count = found.suns.iter().rposition(is_bright).map_or(0, |last| last + 1);
+        if count == found.suns.len() {
+            return Some(found);
+        }
+        if count == 0 {
+            return None;
+        }
+        most = count;
     }
 }

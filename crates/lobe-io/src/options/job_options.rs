@@ -157,7 +157,8 @@ fn distance(a: &str, b: &str) -> usize {
 /// [kind](crate::OptionKind), what stands for a value in help, and the default of what is left open, in words.
 ///
 /// The struct has serde's traits, in which it is a flat table, a setter for each option, and
-/// [`JobOptions`](crate::JobOptions) by the crate. Options of other such structs are part of it after `with`.
+/// [`JobOptions`](crate::JobOptions) by the crate. Options of other such structs are part of it after `with`. Fields in
+/// a last block `unasked { .. }` are set by programs alone: users are not asked for them, and no file keeps them.
 ///
 /// ```
 /// use lobe_io::{JobOptions, OptionError, OptionKind, options};
@@ -191,6 +192,12 @@ macro_rules! options {
                 $(#[serde($($serde:tt)*)])?
                 $field:ident: $type:ty = $default:expr, $kind:expr, $value_name:expr, $left_open:expr;
             )+
+            $(unasked {
+                $(
+                    $(#[doc = $own_doc:expr])+
+                    $own:ident: $own_type:ty = $own_default:expr;
+                )+
+            })?
         }
     ) => {
         $(#[$meta])*
@@ -208,12 +215,17 @@ macro_rules! options {
                 $(#[serde($($serde)*)])?
                 pub $field: $type,
             )+
+            $($(
+                $(#[doc = $own_doc])+
+                #[serde(skip)]
+                pub $own: $own_type,
+            )+)?
         }
 
         impl Default for $name {
             /// The defaults of all options.
             fn default() -> Self {
-                Self { $($($base: Default::default(),)+)? $($field: $default,)+ }
+                Self { $($($base: Default::default(),)+)? $($field: $default,)+ $($($own: $own_default,)+)? }
             }
         }
 
@@ -244,6 +256,15 @@ macro_rules! options {
                     self
                 }
             )+
+
+            $($(
+                #[doc = concat!("The same with another `", stringify!($own), "`.")]
+                #[must_use]
+                pub fn $own(mut self, $own: $own_type) -> Self {
+                    self.$own = $own;
+                    self
+                }
+            )+)?
         }
     };
 }

@@ -6,12 +6,12 @@ use lobe_env::{EnvError, EnvMap, Mapping, Resample, irradiance_map_brute_force, 
 use lobe_io::Job;
 use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation};
 
+use crate::environment_mapping::gltf_surfaces::Reflections;
 use crate::environment_mapping::options::EnvironmentMapOptions;
-use crate::environment_mapping::reflection_maps::ReflectionMaps;
 use crate::error::RenderError;
-use crate::path_tracer::bsdf::DIELECTRIC;
 use crate::path_tracer::path_tracer::Surfaces;
 use crate::scene_view::scene_picture::SceneHit;
+use crate::scene_view::surface_model::{SurfaceLight, SurfaceModel as _};
 
 /// Rows of the map of irradiance, whose texels are 3° wide: interpolated between them, a white surface under a light of three bands and
 /// of the mean 1 is within 0.001 (test `matte_surfaces_show_the_irradiance_of_the_light_in_closed_form`).
@@ -48,7 +48,7 @@ const LIGHT_ROWS: usize = 2 * ROWS;
 pub struct EnvironmentMaps {
     irradiance: EnvMap,
     /// None if surfaces are matte.
-    reflections: Option<ReflectionMaps>,
+    reflections: Option<Reflections>,
 }
 
 impl EnvironmentMaps {
@@ -68,7 +68,7 @@ impl EnvironmentMaps {
         let reflections = match options.surfaces {
             Surfaces::Matte => None,
             Surfaces::MetallicRoughness | Surfaces::MetallicRoughnessSeparable => {
-                Some(ReflectionMaps::new(light, options, job)?)
+                Some(Reflections::new(light, options, job)?)
             }
         };
         Ok(Self { irradiance, reflections })
@@ -92,18 +92,9 @@ impl TurnedMaps<'_> {
     /// The radiance that a surface sends to the eye, as [`EnvironmentMaps`] has the formula.
     #[must_use]
     pub fn radiance(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
-        let matte = (hit.albedo * self.irradiance(hit.normal)).scale(FRAC_1_PI);
-        let Some(reflections) = &self.maps.reflections else { return matte };
-        let [metallic, roughness] = [hit.material().metallic, hit.material().roughness].map(f64::from);
-        let matte = matte.scale(1.0 - metallic);
-        let cos_view = hit.normal.dot(hit.view);
-        if cos_view <= 0.0 {
-            return matte;
-        }
-        let f0 = Rgb::from(hit.albedo.to_array().map(|c| DIELECTRIC + (c - DIELECTRIC) * metallic));
-        let r = self.light_from_world.rotate_dir(hit.reflected());
-        let mirrored = reflections.reflectance(cos_view, roughness, f0) * reflections.radiance(r, roughness);
-        (Rgb::splat(1.0) - f0) * matte + mirrored
+        let matte = |hit: &SceneHit<'_>| (hit.albedo * self.irradiance(hit.normal)).scale(FRAC_1_PI);
+        let Some(reflections) = &self.maps.reflections else { return matte(hit) };
+        reflections.turned_back(self.light_from_world).radiance(hit, &SurfaceLight { lit: &matte, suns: &[] })
     }
 
     fn irradiance(&self, normal: Dir) -> Rgb<f64> {

@@ -118,7 +118,7 @@ impl Bsdf {
 }
 
 /// Schlick's approximation of Fresnel's factor at the angle of this cosine.
-fn fresnel(f0: Rgb<f64>, cos: f64) -> Rgb<f64> {
+pub(crate) fn fresnel(f0: Rgb<f64>, cos: f64) -> Rgb<f64> {
     let rest = (1.0 - cos).powi(5);
     Rgb::from(f0.to_array().map(|c| c + (1.0 - c) * rest))
 }

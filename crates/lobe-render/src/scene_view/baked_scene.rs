@@ -1,23 +1,20 @@
 //! Baked scenes: a scene with its transfer, read from a file or baked on the spot.
 
-use std::f64::consts::FRAC_1_PI;
 use std::path::Path;
 
-use lobe_env::SceneLight;
 use lobe_image::FileFormat;
 use lobe_io::Job;
 use lobe_prt::{
-    AlbedoMode, BakeMode, BakeOptions, Baked, FittedVertices, GlossyLobe, Lightmap, Recipe, read_any_transfer_bytes,
-    read_baked, read_baked_bytes, read_matrices_bytes,
+    BakeMode, BakeOptions, Baked, FittedVertices, GlossyLobe, Lightmap, Recipe, read_any_transfer_bytes, read_baked,
+    read_baked_bytes, read_matrices_bytes,
 };
 use lobe_scene::{Bvh, Scene, SceneReadOptions};
-use lobe_sh::{Coefficient as _, Rgb};
 
 use crate::camera::camera::Camera;
 use crate::error::RenderError;
 use crate::scene_view::placed_transfer::{self, PlacedTransfer};
-use crate::scene_view::prt_shading::{Gloss, LitReceivers, Places, SurfaceTransfer};
-use crate::scene_view::scene_picture::{SceneHit, ViewOptions};
+use crate::scene_view::prt_shading::{Gloss, Places, SurfaceTransfer};
+use crate::scene_view::scene_picture::ViewOptions;
 
 /// A scene with precomputed radiance transfer at its vertices or at the texels of a lightmap.
 ///
@@ -25,17 +22,17 @@ use crate::scene_view::scene_picture::{SceneHit, ViewOptions};
 /// the fronts of surfaces. Double-sided surfaces show their backs too; [`BakedScene::bake_backs`] bakes those that a
 /// view shows, and until then they are black.
 pub struct BakedScene {
-    scene: Scene,
+    pub(crate) scene: Scene,
     bvh: Bvh,
-    places: Places,
-    front: SurfaceTransfer,
-    back: Option<PlacedTransfer>,
+    pub(crate) places: Places,
+    pub(crate) front: SurfaceTransfer,
+    pub(crate) back: Option<PlacedTransfer>,
     /// Transfer without reflections, where that is known.
-    direct: Option<DirectPart>,
+    pub(crate) direct: Option<DirectPart>,
     /// None if surfaces are matte.
-    gloss: Option<Gloss>,
+    pub(crate) gloss: Option<Gloss>,
     /// Options of the bake of backs; the albedo is where it is in the fronts.
-    options: BakeOptions,
+    pub(crate) options: BakeOptions,
     recipe: Recipe,
 }
 
@@ -145,6 +142,15 @@ impl BakedScene {
         Self { options, ..self }
     }
 
+    /// The same with [one finish](Scene::with_finish) of all surfaces, which transfer does not depend on.
+    ///
+    /// # Errors
+    /// [`RenderError::Scene`] for numbers that are not from 0 to 1.
+    pub fn with_finish(self, roughness: Option<f32>, metallic: Option<f32>) -> Result<Self, RenderError> {
+        let scene = self.scene.with_finish(roughness, metallic)?;
+        Ok(Self { scene, ..self })
+    }
+
     /// The options of the bake of backs: as the recipe in the file says the fronts were, with defaults for what it
     /// leaves out.
     #[must_use]
@@ -221,14 +227,15 @@ impl BakedScene {
         Ok(())
     }
 
-    /// Whether suns of a light need transfer without reflections that is not known yet: of matte surfaces that reflect.
+    /// Whether suns of a light, and reflections that surfaces hide, need transfer without reflections that is not known
+    /// yet: of matte surfaces that reflect.
     #[must_use]
     pub fn needs_direct(&self) -> bool {
         self.options.most_bounces() > 0 && !self.is_glossy() && !self.knows_direct()
     }
 
     /// Whether the direct part is known of fronts and of all backs that are.
-    fn knows_direct(&self) -> bool {
+    pub(crate) fn knows_direct(&self) -> bool {
         self.direct.as_ref().is_some_and(|direct| direct.back.is_some() == self.back.is_some())
     }
 
@@ -264,59 +271,13 @@ impl BakedScene {
         let fronts = if self.direct.is_some() { 0 } else { self.receivers() };
         [fronts, self.back.as_ref().map_or(0, |back| back.places().len())]
     }
-
-    /// Lights the scene: the exit radiance of every receiver is computed here, once for each light, without the direct
-    /// light of suns that are [lit by rays](LitScene::by_rays).
-    ///
-    /// `light` is the radiance of the surroundings in the world, of any order.
-    #[must_use]
-    pub fn lit(&self, light: &SceneLight) -> LitScene<'_> {
-        let (gloss, suns) = (self.gloss.as_ref(), self.suns_apart(light));
-        let all = match suns {
-            SunsApart::Unshadowed | SunsApart::Shadowed => light.rest(),
-            SunsApart::No | SunsApart::Reflected => &light.whole(),
-        };
-        let mut front = self.front.lit(all, gloss);
-        let mut back = self.back.as_ref().map(|back| (back, back.transfer.lit(all, gloss)));
-        if let (SunsApart::Reflected, Some(direct)) = (&suns, &self.direct) {
-            let of_suns = light.of_suns();
-            direct.front.subtract_from(&mut front, &of_suns);
-            if let (Some((places, back)), Some(direct)) = (&mut back, &direct.back) {
-                back.subtract_each(&direct.transfer.lit(&of_suns, None));
-                debug_assert_eq!(places.places(), direct.places(), "the same backs");
-            }
-        }
-        LitScene { baked: self, front, back, suns, light: light.clone() }
-    }
-
-    fn suns_apart(&self, light: &SceneLight) -> SunsApart {
-        match self.options.mode {
-            _ if light.suns().is_empty() || self.is_glossy() => SunsApart::No,
-            BakeMode::Unshadowed => SunsApart::Unshadowed,
-            _ if self.options.most_bounces() == 0 => SunsApart::Shadowed,
-            _ if self.knows_direct() => SunsApart::Reflected,
-            _ => SunsApart::No,
-        }
-    }
 }
 
 /// Transfer of light that no surface reflects but the last.
-struct DirectPart {
-    front: PlacedTransfer,
+pub(crate) struct DirectPart {
+    pub(crate) front: PlacedTransfer,
     /// Of the backs that are known, in their order.
-    back: Option<PlacedTransfer>,
-}
-
-/// How suns light a scene.
-enum SunsApart {
-    /// They are in the expansion.
-    No,
-    /// By themselves, without shadows as all light.
-    Unshadowed,
-    /// By themselves; transfer has no other light of theirs.
-    Shadowed,
-    /// By themselves, and what surfaces reflect of them by transfer.
-    Reflected,
+    pub(crate) back: Option<PlacedTransfer>,
 }
 
 /// The most bytes that baking and lighting `receivers` receivers of a scene take: their rows, twice while they grow,
@@ -326,55 +287,6 @@ pub fn transfer_bytes(scene: &Scene, receivers: usize, options: &BakeOptions, is
     let (bands, channels) = (options.order.pow(2), options.channels_for(scene, scene.is_gray()).count());
     let (numbers, lit) = if is_glossy { (bands * bands, 3 * 8 * bands) } else { (bands, 3 * 4) };
     ((2 * 4 * numbers * channels + lit) as u64).saturating_mul(receivers as u64)
-}
-
-/// A [`BakedScene`] under one light.
-pub struct LitScene<'a> {
-    baked: &'a BakedScene,
-    front: LitReceivers,
-    back: Option<(&'a PlacedTransfer, LitReceivers)>,
-    suns: SunsApart,
-    light: SceneLight,
-}
-
-impl LitScene<'_> {
-    /// The light whose suns are to be added to [`LitScene::radiance`], as they shine between surfaces: without suns if
-    /// the radiance has all light.
-    #[must_use]
-    pub fn by_rays(&self) -> SceneLight {
-        match self.suns {
-            SunsApart::No | SunsApart::Unshadowed => self.light.whole().into(),
-            SunsApart::Shadowed | SunsApart::Reflected => self.light.clone(),
-        }
-    }
-
-    /// The radiance towards the eye at a hit, interpolated between vertices or texels; black for backs that are not
-    /// baked.
-    #[must_use]
-    pub fn radiance(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
-        let BakedScene { scene, places, gloss, options, .. } = self.baked;
-        let mut sum = Rgb::ZERO;
-        for (place, weight) in places.around(scene, hit) {
-            let of_receiver = match &self.back {
-                _ if hit.is_front => Some((&self.front, place)),
-                Some((backs, lit)) => backs.receiver(place).map(|receiver| (lit, receiver)),
-                None => None,
-            };
-            if let Some((lit, receiver)) = of_receiver {
-                sum += lit.radiance(receiver, hit).scale(weight);
-            }
-        }
-        if matches!(self.suns, SunsApart::Unshadowed) {
-            let suns = self.light.suns().iter().fold(Rgb::ZERO, |all, sun| all + sun.irradiance_at(hit.normal));
-            let white = suns.scale(FRAC_1_PI);
-            sum += if options.albedo == AlbedoMode::None { white } else { hit.albedo * white };
-        }
-        match gloss {
-            Some(gloss) => gloss.albedo(hit) * sum,
-            None if options.albedo == AlbedoMode::None => hit.albedo * sum,
-            None => sum,
-        }
-    }
 }
 
 fn expect_vertices(scene: &Scene, found: usize, name: &str, recipe: &Recipe) -> Result<(), RenderError> {

@@ -15,6 +15,7 @@ use crate::scene_view::baked_scene::BakedScene;
 use crate::scene_view::scene_picture::ray_cast;
 use crate::scene_view::scene_picture::{SceneHit, ViewOptions};
 use crate::scene_view::sun_rays::SunRays;
+use crate::scene_view::surface_model::{LitSurfaces, MatteSurfaces, SurfaceLight, SurfaceModel};
 
 /// A channel that is below zero by more than this part of the mean radiance of the light is a dark spot in the picture,
 /// not rounding.
@@ -80,16 +81,26 @@ pub fn light_baked_scene(
     background: impl Fn(Dir) -> Rgb<f64> + Sync,
     job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
+    light_baked_surfaces(baked, (light, &MatteSurfaces), camera, options, background, job)
+}
+
+/// [`light_baked_scene`] by any model of reflection, such as [`GltfSurfaces`](crate::GltfSurfaces): what hides
+/// reflections is known where the transfer without reflections is ([`BakedScene::bake_direct`]) and not compressed.
+///
+/// # Errors
+/// As [`scene_picture`](fn@crate::scene_picture).
+pub fn light_baked_surfaces(
+    baked: &BakedScene,
+    (light, model): (&SceneLight, &dyn SurfaceModel),
+    camera: &Camera,
+    options: &ViewOptions,
+    background: impl Fn(Dir) -> Rgb<f64> + Sync,
+    job: Job<'_>,
+) -> Result<LitPicture, RenderError> {
     let lit = baked.lit(light);
-    light_scene_by(
-        (baked.scene(), baked.bvh()),
-        &lit.by_rays(),
-        camera,
-        options,
-        &background,
-        &|hit| lit.radiance(hit),
-        job,
-    )
+    let lit = if model.looks_around() { lit.with_surroundings() } else { lit };
+    let scene = (baked.scene(), baked.bvh());
+    light_surfaces_by(scene, (&lit.by_rays(), model), camera, options, &background, &lit, job)
 }
 
 /// Lights a scene by the irradiance of its shading normals, without shadows, of suns neither: `B = albedo/π · E(n)`.
@@ -137,10 +148,28 @@ pub fn light_scene_by(
     shade: &(dyn Fn(&SceneHit<'_>) -> Rgb<f64> + Sync),
     job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
-    let suns = SunRays::new(scene, bvh, light);
-    let with_suns = |hit: &SceneHit<'_>| shade(hit) + (hit.albedo * suns.irradiance(&hit.lit_at)).scale(FRAC_1_PI);
-    let shade: &(dyn Fn(&SceneHit<'_>) -> Rgb<f64> + Sync) = if light.suns().is_empty() { shade } else { &with_suns };
-    let counted = Counted::new(light, shade);
+    light_surfaces_by((scene, bvh), (light, &MatteSurfaces), camera, options, background, &shade, job)
+}
+
+/// [`light_scene_by`] where surfaces reflect by a model what is said of their light.
+///
+/// # Errors
+/// As [`scene_picture`](fn@crate::scene_picture).
+pub fn light_surfaces_by(
+    (scene, bvh): (&Scene, &Bvh),
+    (light, model): (&SceneLight, &dyn SurfaceModel),
+    camera: &Camera,
+    options: &ViewOptions,
+    background: &(dyn Fn(Dir) -> Rgb<f64> + Sync),
+    lit: &dyn LitSurfaces,
+    job: Job<'_>,
+) -> Result<LitPicture, RenderError> {
+    let rays = SunRays::new(scene, bvh, light);
+    let shade = |hit: &SceneHit<'_>| {
+        let suns: Vec<_> = rays.shining_on(&hit.lit_at).collect();
+        model.radiance(hit, &SurfaceLight { lit, suns: &suns })
+    };
+    let counted = Counted::new(light, &shade);
     let radiance = |hit: &SceneHit<'_>| counted.radiance(hit);
     let (picture, coverage) = ray_cast(scene, bvh, camera, options, background, &radiance, job)?;
     Ok(LitPicture { picture, coverage, below_zero: counted.below_zero() })

@@ -167,6 +167,14 @@ impl LitReceivers {
         }
     }
 
+    /// The values of matte receivers.
+    pub(crate) fn into_matte(self) -> Option<Vec<Rgb<f32>>> {
+        match self {
+            Self::Matte(values) => Some(values),
+            Self::Glossy(_) => None,
+        }
+    }
+
     pub(crate) fn radiance(&self, receiver: usize, hit: &SceneHit<'_>) -> Rgb<f64> {
         match self {
             Self::Matte(values) => values[receiver].widen(),

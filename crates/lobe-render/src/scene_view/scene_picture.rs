@@ -3,7 +3,7 @@
 use derive_setters::Setters;
 use lobe_image::Picture;
 use lobe_io::Job;
-use lobe_scene::{Bvh, Material, Scene, SurfaceRays};
+use lobe_scene::{Bvh, Finish, Scene, SurfaceRays};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 use web_time::Instant;
 
@@ -216,6 +216,8 @@ pub struct SceneHit<'a> {
     pub normal: Dir,
     /// Base color.
     pub albedo: Rgb<f64>,
+    /// The normal of the vertices, without a normal map, on the side that is seen.
+    vertex_normal: Dir,
     /// The same point for the light that falls on it.
     pub(crate) lit_at: SurfacePoint,
     /// False for the back of a surface that is not double-sided.
@@ -231,9 +233,9 @@ impl<'a> SceneHit<'a> {
         let geometric = surface.geometric_normal.map(f64::from);
         let is_front = lobe_sh::sphere::vector::dot(towards.to_array(), geometric) < 0.0;
         let side = if is_front { 1.0 } else { -1.0 };
-        let shading = lobe_sh::sphere::vector::normalized(surface.shading_normal.map(|c| side * f64::from(c)));
+        let turned = |n: [f32; 3]| lobe_sh::sphere::vector::normalized(n.map(|c| side * f64::from(c)));
         let [r, g, b, _] = surface.base_color;
-        let normal = Dir::from_unit(shading);
+        let normal = Dir::from_unit(turned(surface.shading_normal));
         Self {
             scene,
             hit,
@@ -241,6 +243,7 @@ impl<'a> SceneHit<'a> {
             met: Met::new(surface.mesh, is_front, surface.position, surface.vertex_normal),
             view: -towards,
             normal,
+            vertex_normal: Dir::from_unit(turned(surface.vertex_normal)),
             albedo: Rgb::new(r, g, b).widen(),
             is_lit: is_front || scene.material(surface.mesh).double_sided,
             is_front,
@@ -253,11 +256,16 @@ impl<'a> SceneHit<'a> {
         &self.hit
     }
 
-    /// The material of the surface.
+    /// The finish of the surface.
     #[must_use]
-    pub fn material(&self) -> &'a Material {
-        let (mesh, _) = self.scene.locate(self.hit.triangle as usize);
-        self.scene.material(mesh)
+    pub fn finish(&self) -> Finish {
+        self.scene.finish(&self.hit)
+    }
+
+    /// The normal of the vertices, without a normal map, on the side that is seen.
+    #[must_use]
+    pub fn vertex_normal(&self) -> Dir {
+        self.vertex_normal
     }
 
     /// The three corners, each by its number among all vertices of the scene, and how near they are: their weights sum

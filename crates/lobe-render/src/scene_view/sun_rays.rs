@@ -97,6 +97,12 @@ impl<'a> SunRays<'a> {
         self.discs.iter().fold(Rgb::ZERO, |all, disc| all + self.of_disc(disc, at))
     }
 
+    /// The suns that shine on a point, each with its irradiance there.
+    pub fn shining_on(&self, at: &SurfacePoint) -> impl Iterator<Item = (Sun, Rgb<f64>)> {
+        let lit = self.discs.iter().map(|disc| (disc.sun, self.of_disc(disc, at)));
+        lit.filter(|(_, irradiance)| *irradiance != Rgb::ZERO)
+    }
+
     fn of_disc(&self, disc: &Disc, at: &SurfacePoint) -> Rgb<f64> {
         let open = disc.sun.irradiance_at(at.normal);
         if open == Rgb::ZERO {

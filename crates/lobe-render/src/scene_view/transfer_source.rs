@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use lobe_env::SceneLight;
 use lobe_io::{Given, GivenPaths, Job, JobOptions, MemoryLimit, OptionError, OptionField, OptionKind, options};
 use lobe_prt::{
     AlbedoMode, BakeMode, BakeOptions, BakeWork, BakedOrScene, GlossyLobe, OpenScene, Recipe, Transfer,
@@ -117,7 +116,7 @@ pub struct SceneTransfer {
 
 impl SceneTransfer {
     /// Bakes what a picture needs and files mostly leave out: the backs of double-sided surfaces that a view shows,
-    /// and the direct part of the transfer if the light has suns. The job that is watched has the steps `look`, `bake`
+    /// and the direct part of the transfer if that is wanted, for suns and for surfaces that are not matte. The job that is watched has the steps `look`, `bake`
     /// and `bake direct`.
     ///
     /// # Errors
@@ -126,11 +125,11 @@ impl SceneTransfer {
     pub fn completed(
         mut self,
         (camera, view): (&Camera, &ViewOptions),
-        light: Option<&SceneLight>,
+        wants_direct: bool,
         mut work: Job<'_>,
     ) -> Result<BakedScene, RenderError> {
         self.bake_backs((camera, view), work.reborrow())?;
-        if light.is_some_and(|light| !light.suns().is_empty()) && self.baked.needs_direct() {
+        if wants_direct && self.baked.needs_direct() {
             let (baked, [fronts, backs]) = (&self.baked, self.baked.lacking_direct());
             check_memory(self.memory, baked.scene(), fronts + backs, baked.options(), false)?;
             if let Some(file) = &self.file {
@@ -141,8 +140,8 @@ impl SceneTransfer {
                     _ => (format!("{fronts} {places}"), "; a bake with @parts direct,reflected keeps it"),
                 };
                 let text = format!(
-                    "holds no direct part of the transfer of {what}, by which suns cast shadows; it is baked \
-                     now{advice}"
+                    "holds no direct part of the transfer of {what}, which suns and reflections need; it is \
+                     baked now{advice}"
                 );
                 work.note(file, &text);
             }

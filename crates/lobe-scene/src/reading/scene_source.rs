@@ -57,6 +57,10 @@ options! {
         time: Option<f64> = None, OptionKind::Number(NumberRange::Finite), "SECONDS", "0";
         /// The animation of a glTF file, by name or number
         animation: Option<String> = None, OptionKind::Text, "NAME", "the first";
+        unasked {
+            /// [`SceneReadOptions::finish`], for programs whose surfaces are not matte.
+            finish: bool = false;
+        }
     }
 }
 
@@ -175,6 +179,7 @@ impl SceneSource {
             default_material: self.default_material,
             straight_through: self.transparency,
             pose: self.pose(),
+            finish: self.finish,
             ..SceneReadOptions::default()
         }
     }

@@ -1,0 +1,133 @@
+//! The metallic-roughness model of glTF, where the light of surfaces is known by transfer or by maps.
+
+use std::f64::consts::FRAC_1_PI;
+
+use lobe_env::{EnvMap, Sun};
+use lobe_io::Job;
+use lobe_scene::Finish;
+use lobe_sh::sphere::vector::{dot, tangents_along_z};
+use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation};
+
+use crate::environment_mapping::options::EnvironmentMapOptions;
+use crate::environment_mapping::reflection_maps::ReflectionMaps;
+use crate::error::RenderError;
+use crate::path_tracer::bsdf::{DIELECTRIC, fresnel};
+use crate::path_tracer::ggx::Facets;
+use crate::path_tracer::path_tracer::Surfaces;
+use crate::scene_view::scene_picture::SceneHit;
+use crate::scene_view::surface_model::{SurfaceLight, SurfaceModel};
+
+/// What shiny surfaces reflect of a light: it is prefiltered once for all of its turns.
+#[derive(Clone, Debug)]
+pub struct Reflections {
+    maps: ReflectionMaps,
+    is_separable: bool,
+}
+
+impl Reflections {
+    /// Prefilters a light, without its suns where they stand apart; `options` name the model, which is not matte.
+    ///
+    /// The job hears of one step after the other; it cannot be kept in a file. The same bits for any number of threads.
+    ///
+    /// # Errors
+    /// As [`EnvironmentMaps::new`](crate::EnvironmentMaps::new); [`RenderError::Options`] for matte surfaces.
+    pub fn new(light: EnvMap, options: &EnvironmentMapOptions, job: Job<'_>) -> Result<Self, RenderError> {
+        job.expect_no_checkpoint().map_err(RenderError::Options)?;
+        options.check()?;
+        if options.surfaces == Surfaces::Matte {
+            return Err(RenderError::Options("expected surfaces that reflect, found matte ones".to_owned()));
+        }
+        let is_separable = options.surfaces == Surfaces::MetallicRoughnessSeparable;
+        Ok(Self { maps: ReflectionMaps::new(light, options, job)?, is_separable })
+    }
+
+    /// The surfaces under the light turned: what was towards `s` is towards `R s`.
+    #[must_use]
+    pub fn turned(&self, rotation: &Rotation) -> GltfSurfaces<'_> {
+        self.turned_back(rotation.inverse())
+    }
+
+    /// The surfaces under the light turned, by the rotation from directions of the world to its own.
+    pub(crate) fn turned_back(&self, light_from_world: Rotation) -> GltfSurfaces<'_> {
+        GltfSurfaces { reflections: self, light_from_world }
+    }
+}
+
+/// Surfaces of the metallic-roughness model of glTF 2.0 under a light that is turned.
+///
+/// ```text
+///   B = o (1 - F₀) (1 - metallic) B_matte + (F₀ scale + bias) (o O P(r, roughness) + (1 - O) B_others) + emission
+///       + Σ_suns E_sun ((1 - F) (1 - metallic) c/π + F D V)
+///   F₀ = 0.04 + (c - 0.04) metallic       r = 2 (n·v) n - v
+/// ```
+///
+/// `B_matte` is what a matte surface of the base color `c` would send, such as by transfer; `P` the light prefiltered
+/// for the roughness and `F₀ scale + bias` the reflectance in even light, the split sum of
+/// [`EnvironmentMaps`](crate::EnvironmentMaps). `O` is the open part of the lobe and `B_others` the mean radiance of the
+/// surfaces that hide the rest ([`Surroundings`](crate::Surroundings)). `E_sun` is the irradiance by what is seen of a
+/// sun; for `F D V` its disc is a direction, and half of its radius widens the lobe,
+///
+/// ```text
+///   α² = roughness⁴ + (sin(radius)/2)²
+/// ```
+///
+/// so that a mirror shows a highlight of the sun's radiance. `o` is the occlusion of the material's texture where that
+/// hides more than the triangles do, their ratio, else 1.
+///
+/// A surface seen from below its shading normal has no mirror.
+#[derive(Clone, Copy, Debug)]
+pub struct GltfSurfaces<'a> {
+    reflections: &'a Reflections,
+    light_from_world: Rotation,
+}
+
+impl SurfaceModel for GltfSurfaces<'_> {
+    fn looks_around(&self) -> bool {
+        true
+    }
+
+    fn radiance(&self, hit: &SceneHit<'_>, light: &SurfaceLight<'_>) -> Rgb<f64> {
+        let finish = hit.finish();
+        let [metallic, roughness] = [finish.metallic, finish.roughness].map(f64::from);
+        let around = light.lit.surroundings(hit, roughness);
+        // Hidden by what triangles do not show alone.
+        let occlusion = (f64::from(finish.occlusion) / around.ambient.max(f64::MIN_POSITIVE)).min(1.0);
+        let matte = light.lit.matte(hit).scale(occlusion * (1.0 - metallic));
+        let emission = Rgb::from(finish.emission).widen();
+        let cos_view = hit.normal.dot(hit.view);
+        if cos_view <= 0.0 {
+            let suns = (hit.albedo * light.of_suns()).scale((1.0 - metallic) * FRAC_1_PI);
+            return matte + suns + emission;
+        }
+        let f0 = Rgb::from(hit.albedo.to_array().map(|c| DIELECTRIC + (c - DIELECTRIC) * metallic));
+        let maps = &self.reflections.maps;
+        let r = self.light_from_world.rotate_dir(hit.reflected());
+        let seen = maps.radiance(r, roughness).scale(occlusion * around.open) + around.others.scale(1.0 - around.open);
+        let mirrored = maps.reflectance(cos_view, roughness, f0) * seen;
+        let suns = light.suns.iter().map(|sun| self.of_sun(hit, &finish, f0, sun));
+        let suns = suns.fold(Rgb::ZERO, |all, sun| all + sun);
+        (Rgb::splat(1.0) - f0) * matte + mirrored + suns + emission
+    }
+}
+
+impl GltfSurfaces<'_> {
+    fn of_sun(
+        &self,
+        hit: &SceneHit<'_>,
+        finish: &Finish,
+        f0: Rgb<f64>,
+        (sun, irradiance): &(Sun, Rgb<f64>),
+    ) -> Rgb<f64> {
+        let (n, v, l) = (hit.normal.to_array(), hit.view.to_array(), sun.direction.to_array());
+        let [t, b] = tangents_along_z(n);
+        let in_frame = |s: [f64; 3]| [dot(t, s), dot(b, s), dot(n, s)];
+        let rough = f64::from(finish.roughness).powi(2);
+        let alpha = rough.hypot(0.5 * (0.5 * sun.angular_diameter).sin());
+        let facets = Facets { alpha, is_separable: self.reflections.is_separable };
+        let half = Dir::new([v[0] + l[0], v[1] + l[1], v[2] + l[2]]);
+        let f = half.map_or(f0, |half| fresnel(f0, hit.view.dot(half).clamp(0.0, 1.0)));
+        let matte = hit.albedo.scale((1.0 - f64::from(finish.metallic)) * FRAC_1_PI);
+        let reflected = (Rgb::splat(1.0) - f) * matte + f.scale(facets.reflectance(in_frame(v), in_frame(l)));
+        reflected * *irradiance
+    }
+}

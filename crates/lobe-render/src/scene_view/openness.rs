@@ -1,0 +1,101 @@
+//! How open a point is towards a lobe of directions, by transfer without reflections.
+
+use std::f64::consts::{FRAC_1_PI, PI};
+
+use lobe_prt::{AlbedoMode, AnyTransfer, Transfer};
+use lobe_sh::basis::eval_basis;
+use lobe_sh::{Coefficient as _, Rgb, Zonal};
+
+use crate::scene_view::prt_shading::SurfaceTransfer;
+use crate::scene_view::scene_picture::SceneHit;
+use crate::scene_view::surface_model::Surroundings;
+
+/// Levels of roughness between which the factors of lobes are interpolated.
+const LEVELS: usize = 17;
+
+/// Below this part of a lobe above the horizon, its openness is taken for that of the hemisphere.
+const LEAST_ABOVE: f64 = 0.05;
+
+/// Below this hidden part of the hemisphere, the radiance of what hides it, a ratio of two small numbers, is that of
+/// so large a part.
+const LEAST_HIDDEN: f64 = 0.02;
+
+/// The openness of receivers.
+///
+/// ```text
+///   O(r, α) = Σᵢ k_l Dᵢ yᵢ(r) / Σᵢ k_l Cᵢ yᵢ(r)          D: transfer of visibility   C: of the whole hemisphere
+/// ```
+///
+/// `k_l` blurs by the lobe of GGX of this α, so that `O` is the mean of the visibility under the lobe, weighted by the
+/// cosine at the surface.
+pub(crate) struct Openness<'a> {
+    transfer: &'a Transfer,
+    albedo: AlbedoMode,
+    /// The factors of each band for rising roughness.
+    factors: Vec<Vec<f64>>,
+    /// The clamped cosine.
+    cosine: Zonal,
+}
+
+impl<'a> Openness<'a> {
+    /// That of transfer without reflections in its plain form; none of other forms.
+    pub(crate) fn of(transfer: &'a SurfaceTransfer, albedo: AlbedoMode) -> Option<Self> {
+        let SurfaceTransfer::Matte(AnyTransfer::Plain(transfer)) = transfer else { return None };
+        let order = transfer.order();
+        let of_level = |k: usize| {
+            let roughness = k as f64 / (LEVELS - 1) as f64;
+            Zonal::ggx(order, roughness * roughness).convolution_factors()
+        };
+        let factors = (0..LEVELS).map(of_level).collect();
+        Some(Self { transfer, albedo, factors, cosine: Zonal::clamped_cosine(order) })
+    }
+
+    /// What is around a hit for a lobe of this roughness. Receivers are those around it, whose weights sum to 1;
+    /// `others` is the radiance of a matte surface of its albedo there by what all other surfaces send.
+    pub(crate) fn surroundings(
+        &self,
+        hit: &SceneHit<'_>,
+        roughness: f64,
+        receivers: impl Iterator<Item = (usize, f64)>,
+        others: Rgb<f64>,
+    ) -> Surroundings {
+        let albedo = if self.albedo == AlbedoMode::None { Rgb::splat(1.0) } else { hit.albedo };
+        // The channel that is known best.
+        let [r, g, b] = albedo.to_array();
+        let channel = [r, g, b].iter().position(|&c| c >= r.max(g).max(b)).unwrap_or(0);
+        let best = albedo.to_array()[channel];
+        if best <= 0.0 {
+            return Surroundings::OPEN;
+        }
+        let channel = channel.min(self.transfer.channels().count() - 1);
+        let factors = self.factors_at(roughness);
+        let mirrored = hit.reflected();
+        let basis = eval_basis(mirrored, self.transfer.order());
+        // The transfer of visibility, in the mirrored direction and as a whole.
+        let (mut along, mut ambient) = (0.0, 0.0);
+        for (receiver, weight) in receivers {
+            let row = self.transfer.vector(receiver, channel);
+            for (l, factor) in factors.iter().enumerate() {
+                let band = l * l..(l + 1) * (l + 1);
+                along += weight * factor * band.map(|i| f64::from(row[i]) * basis[i]).sum::<f64>();
+            }
+            ambient += weight * f64::from(row[0]) * (4.0 * PI).sqrt();
+        }
+        let (along, ambient) = (along / best, (ambient / best).clamp(0.0, 1.0));
+        // That of the whole hemisphere.
+        let blurred = self.cosine.coefficients().iter().zip(&factors).map(|(z, factor)| z * factor * FRAC_1_PI);
+        let above = Zonal::new(blurred.collect()).eval(hit.vertex_normal().dot(mirrored));
+        let open = if above > LEAST_ABOVE * FRAC_1_PI { (along / above).clamp(0.0, 1.0) } else { ambient };
+        let part = (1.0 - ambient).max(LEAST_HIDDEN).recip();
+        let divided = |sum: f64, albedo: f64| if albedo > 0.0 { (part * sum / albedo).max(0.0) } else { 0.0 };
+        let others = Rgb::new(divided(others.r, albedo.r), divided(others.g, albedo.g), divided(others.b, albedo.b));
+        Surroundings { open, ambient, others }
+    }
+
+    fn factors_at(&self, roughness: f64) -> Vec<f64> {
+        let place = roughness.clamp(0.0, 1.0) * (LEVELS - 1) as f64;
+        let low = (place as usize).min(LEVELS - 2);
+        let t = place - low as f64;
+        self.factors[low].iter().zip(&self.factors[low + 1]).map(|(a, b)| a + (b - a) * t).collect()
+    }
+}
