@@ -56,22 +56,22 @@ impl Reflections {
 /// Surfaces of the metallic-roughness model of glTF 2.0 under a light that is turned.
 ///
 /// ```text
-///   B = o (1 - F₀) (1 - metallic) B_matte + (F₀ scale + bias) (o O P(r, roughness) + (1 - O) B_others) + emission
+///   B = o (1 - F₀) (1 - metallic) B_matte + (F₀ scale + bias) (o O P(a, roughness) + (1 - O) B_others) + emission
 ///       + Σ_suns E_sun ((1 - F) (1 - metallic) c/π + F D V)
-///   F₀ = 0.04 + (c - 0.04) metallic       r = 2 (n·v) n - v
+///   F₀ = 0.04 + (c - 0.04) metallic
 /// ```
 ///
 /// `B_matte` is what a matte surface of the base color `c` would send, such as by transfer; `P` the light prefiltered
-/// for the roughness and `F₀ scale + bias` the reflectance in even light, the split sum of
-/// [`EnvironmentMaps`](crate::EnvironmentMaps). `O` is the open part of the lobe and `B_others` the mean radiance of the
+/// for the roughness, about the mean direction `a` of the lobe, and `F₀ scale + bias` the reflectance in even light: the
+/// split sum of [`EnvironmentMaps`](crate::EnvironmentMaps). `O` is the open part of the lobe and `B_others` the mean radiance of the
 /// surfaces that hide the rest ([`Surroundings`](crate::Surroundings)). `E_sun` is the irradiance by what is seen of a
-/// sun; for `F D V` its disc is a direction, and half of its radius widens the lobe,
+/// sun. For `F D V` its disc is a direction, and the lobe is as much wider as the half vectors `h` of the disc are:
 ///
 /// ```text
-///   α² = roughness⁴ + (sin(radius)/2)²
+///   α² = roughness⁴ + sin²(radius) / (4 v·h)
 /// ```
 ///
-/// so that a mirror shows a highlight of the sun's radiance. `o` is the occlusion of the material's texture where that
+/// A mirror shows the middle of the sun at its radiance, therefore. `o` is the occlusion of the material's texture where that
 /// hides more than the triangles do, their ratio, else 1.
 ///
 /// A surface seen from below its shading normal has no mirror.
@@ -89,20 +89,21 @@ impl SurfaceModel for GltfSurfaces<'_> {
     fn radiance(&self, hit: &SceneHit<'_>, light: &SurfaceLight<'_>) -> Rgb<f64> {
         let finish = hit.finish();
         let [metallic, roughness] = [finish.metallic, finish.roughness].map(f64::from);
-        let around = light.lit.surroundings(hit, roughness);
+        let cos_view = hit.normal.dot(hit.view);
+        let maps = &self.reflections.maps;
+        let axis = if cos_view > 0.0 { maps.axis(hit.reflected(), hit.normal, roughness) } else { hit.normal };
+        let around = light.lit.surroundings(hit, axis, roughness);
         // Hidden by what triangles do not show alone.
         let occlusion = (f64::from(finish.occlusion) / around.ambient.max(f64::MIN_POSITIVE)).min(1.0);
         let matte = light.lit.matte(hit).scale(occlusion * (1.0 - metallic));
         let emission = Rgb::from(finish.emission).widen();
-        let cos_view = hit.normal.dot(hit.view);
         if cos_view <= 0.0 {
             let suns = (hit.albedo * light.of_suns()).scale((1.0 - metallic) * FRAC_1_PI);
             return matte + suns + emission;
         }
         let f0 = Rgb::from(hit.albedo.to_array().map(|c| DIELECTRIC + (c - DIELECTRIC) * metallic));
-        let maps = &self.reflections.maps;
-        let r = self.light_from_world.rotate_dir(hit.reflected());
-        let seen = maps.radiance(r, roughness).scale(occlusion * around.open) + around.others.scale(1.0 - around.open);
+        let prefiltered = maps.radiance(self.light_from_world.rotate_dir(axis), roughness);
+        let seen = prefiltered.scale(occlusion * around.open) + around.others.scale(1.0 - around.open);
         let mirrored = maps.reflectance(cos_view, roughness, f0) * seen;
         let suns = light.suns.iter().map(|sun| self.of_sun(hit, &finish, f0, sun));
         let suns = suns.fold(Rgb::ZERO, |all, sun| all + sun);
@@ -121,11 +122,13 @@ impl GltfSurfaces<'_> {
         let (n, v, l) = (hit.normal.to_array(), hit.view.to_array(), sun.direction.to_array());
         let [t, b] = tangents_along_z(n);
         let in_frame = |s: [f64; 3]| [dot(t, s), dot(b, s), dot(n, s)];
-        let rough = f64::from(finish.roughness).powi(2);
-        let alpha = rough.hypot(0.5 * (0.5 * sun.angular_diameter).sin());
-        let facets = Facets { alpha, is_separable: self.reflections.is_separable };
         let half = Dir::new([v[0] + l[0], v[1] + l[1], v[2] + l[2]]);
-        let f = half.map_or(f0, |half| fresnel(f0, hit.view.dot(half).clamp(0.0, 1.0)));
+        let cos = half.map_or(1.0, |half| hit.view.dot(half).clamp(0.0, 1.0));
+        let f = fresnel(f0, cos);
+        let radius = (0.5 * sun.angular_diameter).sin();
+        let wide = 0.25 * radius * radius / cos.max(radius);
+        let alpha = (f64::from(finish.roughness).powi(4) + wide).sqrt().min(1.0);
+        let facets = Facets { alpha, is_separable: self.reflections.is_separable };
         let matte = hit.albedo.scale((1.0 - f64::from(finish.metallic)) * FRAC_1_PI);
         let reflected = (Rgb::splat(1.0) - f) * matte + f.scale(facets.reflectance(in_frame(v), in_frame(l)));
         reflected * *irradiance

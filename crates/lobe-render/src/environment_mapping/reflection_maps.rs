@@ -8,6 +8,7 @@ use lobe_env::{
 use lobe_io::Job;
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
+use crate::environment_mapping::lobe_table::LobeTable;
 use crate::environment_mapping::options::{EnvironmentMapOptions, LEVELS};
 use crate::environment_mapping::reflectance_table::ReflectanceTable;
 use crate::path_tracer::sphere_table::cell;
@@ -25,6 +26,7 @@ pub(crate) struct ReflectionMaps {
     /// The levels after that of the mirror.
     rough: Vec<MappedMap>,
     table: ReflectanceTable,
+    lobes: LobeTable,
 }
 
 /// What a mirror shows.
@@ -46,9 +48,10 @@ impl ReflectionMaps {
         drop(source);
         let rough: Vec<MappedMap> = chain.levels()[1..].iter().cloned().map(MappedMap::from).collect();
         let table = ReflectanceTable::new(options.surfaces);
+        let lobes = LobeTable::new(options.surfaces);
         // Store the light and the levels in the mapping that is asked for.
         let Some(mapping) = options.mapping else {
-            return Ok(Self { mirror: Mirror::Texels(light), rough, table });
+            return Ok(Self { mirror: Mirror::Texels(light), rough, table, lobes });
         };
         let rows = options.rows.unwrap_or_else(|| rows_like(&light, mapping));
         let mirror = Mirror::Stored(stored(light.into(), mapping, rows, job.reborrow())?);
@@ -57,7 +60,7 @@ impl ReflectionMaps {
             let rows = rows.min(level.size_like(mapping));
             levels.push(stored(level, mapping, rows, job.reborrow())?);
         }
-        Ok(Self { mirror, rough: levels, table })
+        Ok(Self { mirror, rough: levels, table, lobes })
     }
 
     /// `P(r, roughness)`: the light under the lobe about `r`, linear between the two nearest levels.
@@ -75,6 +78,11 @@ impl ReflectionMaps {
             (0, Mirror::Stored(map)) => map.radiance(r).widen(),
             _ => self.rough[level - 1].radiance(r).widen(),
         }
+    }
+
+    /// The direction about which a surface of this roughness looks its light up: [`LobeTable::axis`].
+    pub(crate) fn axis(&self, mirrored: Dir, normal: Dir, roughness: f64) -> Dir {
+        self.lobes.axis(mirrored, normal, roughness)
     }
 
     /// `F₀ scale + bias`: the part of even light that is reflected towards an eye at the angle of this cosine, above 0.

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_1_PI;
 
 use lobe_env::SceneLight;
 use lobe_prt::{AlbedoMode, BakeMode};
-use lobe_sh::{Coefficient as _, Rgb};
+use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::scene_view::baked_scene::BakedScene;
 use crate::scene_view::openness::Openness;
@@ -111,7 +111,7 @@ impl LitSurfaces for LitScene<'_> {
         self.radiance(hit)
     }
 
-    fn surroundings(&self, hit: &SceneHit<'_>, roughness: f64) -> Surroundings {
+    fn surroundings(&self, hit: &SceneHit<'_>, axis: Dir, roughness: f64) -> Surroundings {
         let Some(around) = &self.around[usize::from(!hit.is_front)] else { return Surroundings::OPEN };
         let (mut receivers, mut others) = (Vec::with_capacity(4), Rgb::<f64>::ZERO);
         for (place, weight) in self.baked.places.around(&self.baked.scene, hit) {
@@ -125,7 +125,7 @@ impl LitSurfaces for LitScene<'_> {
         if receivers.is_empty() {
             return Surroundings::OPEN;
         }
-        around.openness.surroundings(hit, roughness, receivers.into_iter(), others)
+        around.openness.surroundings(hit, (axis, roughness), receivers.into_iter(), others)
     }
 }
 

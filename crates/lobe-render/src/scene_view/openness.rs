@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use lobe_prt::{AlbedoMode, AnyTransfer, Transfer};
 use lobe_sh::basis::eval_basis;
-use lobe_sh::{Coefficient as _, Rgb, Zonal};
+use lobe_sh::{Coefficient as _, Dir, Rgb, Zonal};
 
 use crate::scene_view::prt_shading::SurfaceTransfer;
 use crate::scene_view::scene_picture::SceneHit;
@@ -23,10 +23,10 @@ const LEAST_HIDDEN: f64 = 0.02;
 /// The openness of receivers.
 ///
 /// ```text
-///   O(r, α) = Σᵢ k_l Dᵢ yᵢ(r) / Σᵢ k_l Cᵢ yᵢ(r)          D: transfer of visibility   C: of the whole hemisphere
+///   O(a, α) = Σᵢ k_l Dᵢ yᵢ(a) / Σᵢ k_l Cᵢ yᵢ(a)          D: transfer of visibility   C: of the whole hemisphere
 /// ```
 ///
-/// `k_l` blurs by the lobe of GGX of this α, so that `O` is the mean of the visibility under the lobe, weighted by the
+/// `k_l` blurs by the lobe of GGX of this α about the axis `a`, so that `O` is the mean of the visibility under the lobe, weighted by the
 /// cosine at the surface.
 pub(crate) struct Openness<'a> {
     transfer: &'a Transfer,
@@ -50,12 +50,12 @@ impl<'a> Openness<'a> {
         Some(Self { transfer, albedo, factors, cosine: Zonal::clamped_cosine(order) })
     }
 
-    /// What is around a hit for a lobe of this roughness. Receivers are those around it, whose weights sum to 1;
+    /// What is around a hit for a lobe about this axis, of this roughness. Receivers are those around it, whose weights sum to 1;
     /// `others` is the radiance of a matte surface of its albedo there by what all other surfaces send.
     pub(crate) fn surroundings(
         &self,
         hit: &SceneHit<'_>,
-        roughness: f64,
+        (axis, roughness): (Dir, f64),
         receivers: impl Iterator<Item = (usize, f64)>,
         others: Rgb<f64>,
     ) -> Surroundings {
@@ -69,9 +69,8 @@ impl<'a> Openness<'a> {
         }
         let channel = channel.min(self.transfer.channels().count() - 1);
         let factors = self.factors_at(roughness);
-        let mirrored = hit.reflected();
-        let basis = eval_basis(mirrored, self.transfer.order());
-        // The transfer of visibility, in the mirrored direction and as a whole.
+        let basis = eval_basis(axis, self.transfer.order());
+        // The transfer of visibility, towards the axis and as a whole.
         let (mut along, mut ambient) = (0.0, 0.0);
         for (receiver, weight) in receivers {
             let row = self.transfer.vector(receiver, channel);
@@ -84,7 +83,7 @@ impl<'a> Openness<'a> {
         let (along, ambient) = (along / best, (ambient / best).clamp(0.0, 1.0));
         // That of the whole hemisphere.
         let blurred = self.cosine.coefficients().iter().zip(&factors).map(|(z, factor)| z * factor * FRAC_1_PI);
-        let above = Zonal::new(blurred.collect()).eval(hit.vertex_normal().dot(mirrored));
+        let above = Zonal::new(blurred.collect()).eval(hit.vertex_normal().dot(axis));
         let open = if above > LEAST_ABOVE * FRAC_1_PI { (along / above).clamp(0.0, 1.0) } else { ambient };
         let part = (1.0 - ambient).max(LEAST_HIDDEN).recip();
         let divided = |sum: f64, albedo: f64| if albedo > 0.0 { (part * sum / albedo).max(0.0) } else { 0.0 };

@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_1_PI;
 
 use lobe_env::Sun;
-use lobe_sh::{Coefficient as _, Rgb};
+use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::scene_view::scene_picture::SceneHit;
 
@@ -12,8 +12,8 @@ pub trait LitSurfaces: Sync {
     /// The radiance that a hit sends to the eye if its surface is matte, of the base color.
     fn matte(&self, hit: &SceneHit<'_>) -> Rgb<f64>;
 
-    /// What a lobe of GGX microfacets of this roughness about the mirrored view meets around a hit.
-    fn surroundings(&self, _hit: &SceneHit<'_>, _roughness: f64) -> Surroundings {
+    /// What the lobe of GGX microfacets of this roughness about a direction meets around a hit.
+    fn surroundings(&self, _hit: &SceneHit<'_>, _axis: Dir, _roughness: f64) -> Surroundings {
         Surroundings::OPEN
     }
 }

@@ -8,6 +8,7 @@ mod bent_normals;
 mod emitters;
 mod far;
 mod glossy;
+mod gltf_surfaces;
 mod mapped_scenes;
 mod masks;
 mod normal_maps;

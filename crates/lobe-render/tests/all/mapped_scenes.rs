@@ -95,13 +95,13 @@ fn error_of(scene: &Scene, maps: &EnvironmentMaps, surfaces: Surfaces) -> f64 {
 
 #[test]
 fn a_ball_is_as_the_truth_but_for_the_split_sum() {
-    // The errors of the split sum alone under this light are 0, 0.016, 0.071 and 0.245 of a white metal.
-    for (roughness, allowed) in [(0.0, 0.01), (0.292_893, 0.03), (0.5, 0.1), (1.0, 0.3)] {
+    // Looked up about the mirrored direction, in place of the mean of the lobe, metals are 0, 0.016, 0.071 and 0.245 off.
+    for (roughness, allowed) in [(0.0, 0.005), (0.292_893, 0.006), (0.5, 0.015), (1.0, 0.02)] {
         let error = error_of(&ball([1.0; 3], 1.0, roughness), &SMOOTH, Surfaces::MetallicRoughness);
         println!("white metal of roughness {roughness}: {error:.4}");
         assert!(error < allowed, "white metal of roughness {roughness}: {error}, allowed {allowed}");
     }
-    for (metallic, roughness, allowed) in [(0.0, 0.0, 0.02), (0.0, 0.5, 0.02), (0.0, 1.0, 0.02), (0.5, 0.5, 0.06)] {
+    for (metallic, roughness, allowed) in [(0.0, 0.0, 0.005), (0.0, 0.5, 0.01), (0.0, 1.0, 0.01), (0.5, 0.5, 0.02)] {
         let error = error_of(&ball([0.7, 0.4, 0.1], metallic, roughness), &SMOOTH, Surfaces::MetallicRoughness);
         println!("metallic {metallic}, roughness {roughness}: {error:.4}");
         assert!(error < allowed, "metallic {metallic}, roughness {roughness}: {error}, allowed {allowed}");
@@ -114,7 +114,11 @@ fn a_ball_is_as_the_truth_but_for_the_split_sum() {
 
 /// The ball in black by maps, a ray for each pixel.
 fn by_maps_alone(scene: &Scene, maps: &EnvironmentMaps) -> Picture {
-    let (bvh, turned) = (Bvh::new(scene), maps.turned(&Rotation::IDENTITY));
+    by_maps_turned(scene, maps, &Rotation::IDENTITY)
+}
+
+fn by_maps_turned(scene: &Scene, maps: &EnvironmentMaps, turn: &Rotation) -> Picture {
+    let (bvh, turned) = (Bvh::new(scene), maps.turned(turn));
     light_by_environment_maps(scene, &bvh, turned, &camera(), &one_ray(), |_| Rgb::ZERO, Job::default())
         .unwrap()
         .picture
@@ -168,18 +172,28 @@ fn kept(roughness: f64) -> [f64; 3] {
 fn each_level_keeps_of_each_band_what_its_lobe_keeps() {
     // Under even light a white metal shows its reflectance alone. That of roughness 1 has a closed form: 2/3 and 1/4.
     let even = maps(&map_of(|_| Rgb::splat(1.0)), &options(Surfaces::MetallicRoughness).size(16));
+    // The middle of the ball is seen along its normal, where lobes do not lean; the light is turned before it.
+    let turns =
+        [Dir::X, Dir::Y, Dir::Z].map(|axis| [0.8, 2.5, 4.4].map(|angle| Rotation::from_axis_angle(axis, angle)));
     for roughness in ROUGH {
         let scene = ball([1.0; 3], 1.0, roughness);
         let kept = kept(roughness.into());
-        let expected = by_function(&scene, |hit| filtered(hit.reflected(), kept));
-        let (light, reflectance) = (by_maps_alone(&scene, &SMOOTH), by_maps_alone(&scene, &even));
-        let pixels = light.pixels().iter().zip(reflectance.pixels()).zip(expected.pixels());
-        let seen = pixels.filter(|((_, reflectance), _)| reflectance[0] > 0.0);
-        let (found, expected): (Vec<[f32; 3]>, Vec<[f32; 3]>) =
-            seen.map(|((light, part), expected)| ([0, 1, 2].map(|c| light[c] / part[c]), *expected)).unzip();
+        let reflectance = by_maps_alone(&scene, &even);
+        let middle = by_function(&scene, |hit| Rgb::splat(f64::from(hit.normal.dot(hit.view) > 0.985)));
+        let (mut found, mut expected) = (Vec::new(), Vec::new());
+        for turn in turns.iter().flatten() {
+            let light = by_maps_turned(&scene, &SMOOTH, turn);
+            let turned = by_function(&scene, |hit| filtered(turn.inverse().rotate_dir(hit.reflected()), kept));
+            for (i, _) in middle.pixels().iter().enumerate().filter(|(_, pixel)| pixel[0] > 0.0) {
+                found.push([0, 1, 2].map(|c| light.pixels()[i][c] / reflectance.pixels()[i][c]));
+                expected.push(turned.pixels()[i]);
+            }
+        }
         let error = compare(&found, &expected).relative_rmse;
         println!("roughness {roughness}: {kept:.4?} of the bands, {error:.5} off in {} pixels", found.len());
-        assert!(found.len() > 300 && error < 0.01, "roughness {roughness}: {error} in {} pixels", found.len());
+        // Ten degrees off the normal the roughest lobe leans by a third of the way.
+        let allowed = 0.005 + 0.03 * f64::from(roughness).powi(4);
+        assert!(found.len() > 60 && error < allowed, "roughness {roughness}: {error} in {} pixels", found.len());
     }
     let [_, first, second] = kept(1.0);
     assert!((first - 2.0 / 3.0).abs() < 1e-6 && (second - 0.25).abs() < 1e-6, "{first}, {second}");
