@@ -6,12 +6,13 @@ use lobe::image::{
 };
 use lobe::io::{Job, JobOptions as _, Shard, either};
 use lobe::render::{
-    Background, Camera, CameraOptions, DistantLight, Emitter, LitPicture, PathOptions, RenderError, SampleCount,
-    Surfaces, ToneOptions, TransferSource, Truth, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance,
-    render_truth_shard, render_truth_with_emitters,
+    Background, Camera, CameraOptions, DistantLight, Emitter, EnvironmentMapOptions, LitPicture, MatteSurfaces,
+    PathOptions, Reflections, RenderError, SampleCount, SurfaceModel, Surfaces, ToneOptions, TransferSource, Truth,
+    TruthOptions, ViewOptions, light_baked_surfaces, light_by_irradiance, render_truth_shard,
+    render_truth_with_emitters,
 };
 use lobe::scene::{Bvh, Scene};
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -77,6 +78,36 @@ impl Lighting<'_> {
     }
 }
 
+impl Lighting<'_> {
+    /// What shiny surfaces reflect of it, beside the suns that stand apart; none if they are matte.
+    fn reflections(
+        &self,
+        py: Python<'_>,
+        surfaces: Surfaces,
+        progress: Option<&Py<PyAny>>,
+    ) -> PyResult<Option<Reflections>> {
+        if surfaces == Surfaces::Matte {
+            return Ok(None);
+        }
+        let options = EnvironmentMapOptions::default().surfaces(surfaces);
+        let Self(light, map, _, suns, _) = self;
+        let (light, map) = match (light, map) {
+            (Some(light), _) => (Some(expansion(light)?), None),
+            (None, map) => (None, map.as_ref().map(|map| map.to_lat_long(py)).transpose()?),
+        };
+        let choice: SunChoice = suns.parse().map_err(|error| value_error(format!("suns: {error}")))?;
+        watched(py, progress, None, |job| match (&light, map) {
+            (Some(light), _) => Reflections::of_expansion(light, &options, job),
+            (None, Some(map)) => {
+                let rest = SceneLight::of_map_with_rest(map.into(), 1, &choice)?.1;
+                Reflections::new(rest.into_env_map()?, &options, job)
+            }
+            (None, None) => Err(RenderError::Options("expected light, found none".to_owned())),
+        })
+        .map(Some)
+    }
+}
+
 /// A picture, `(height, width, 3)`, or 4 with an alpha.
 pub(crate) type Pixels<'py> = Bound<'py, PyArrayDyn<f32>>;
 
@@ -103,9 +134,10 @@ pub(crate) fn render_still<'py>(
     view: View,
     size: (usize, usize),
     rays: usize,
+    surfaces: &str,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Pixels<'py>> {
-    let (light, options) = (lighting.split()?, view_options(size, rays));
+    let (light, options, surfaces) = (lighting.split()?, view_options(size, rays), surfaces_of(surfaces)?);
     let behind = Behind::new(background, lighting.1.as_deref())?;
     let progress = progress.as_ref();
     let Some(asked) = asked else {
@@ -119,17 +151,23 @@ pub(crate) fn render_still<'py>(
         return behind.pixels(py, lit);
     };
     let asked = TransferSource::from_values(values_of(&asked)?).map_err(|error| refusal(&error))?;
-    let memory = scene.memory;
+    let (memory, mut scene) = (scene.memory, scene);
+    scene.source = scene.source.finish(surfaces != Surfaces::Matte);
     let open = heard(py, move |_| scene.open())?;
     let found = watched_and_heard(py, progress, |job| asked.prepare(open, order, memory, job))?;
     let camera = camera_of(found.baked.scene(), view)?;
-    let has_suns = !light.suns().is_empty();
+    let reflections = lighting.reflections(py, surfaces, progress)?;
+    let wants_direct = !light.suns().is_empty() || reflections.is_some();
     // Files hold the fronts of surfaces; backs are baked as far as the view shows them.
-    let baked = watched(py, progress, None, |job| found.completed((&camera, &options), has_suns, job))?;
+    let baked = watched(py, progress, None, |job| found.completed((&camera, &options), wants_direct, job))?;
     let rest = light.rest().resized(baked.order().min(light.rest().order()));
     let lights = SceneLight::new(rest, light.suns().to_vec());
     let shown = |s: Dir| behind.seen([&light, &lights], s);
-    let lit = watched(py, progress, None, |job| light_baked_scene(&baked, &light, &camera, &options, shown, job))?;
+    let model = reflections.as_ref().map(|reflections| reflections.turned(&Rotation::IDENTITY));
+    let model: &dyn SurfaceModel = model.as_ref().map_or(&MatteSurfaces, |model| model);
+    let lit = watched(py, progress, None, |job| {
+        light_baked_surfaces(&baked, (&light, model), &camera, &options, shown, job)
+    })?;
     behind.pixels(py, lit)
 }
 
@@ -169,6 +207,10 @@ impl<'a> Behind<'a> {
     }
 }
 
+fn surfaces_of(text: &str) -> PyResult<Surfaces> {
+    text.parse().map_err(|error| value_error(format!("surfaces: {error}")))
+}
+
 /// Samples of each pixel, bounces before the visible surface, a seed, and the model of surfaces.
 #[derive(FromPyObject)]
 pub(crate) struct Paths(usize, usize, u64, String);
@@ -176,14 +218,7 @@ pub(crate) struct Paths(usize, usize, u64, String);
 impl Paths {
     pub(crate) fn options(&self, (width, height): (usize, usize)) -> PyResult<TruthOptions> {
         let Self(samples, bounces, seed, surfaces) = self;
-        let surfaces = match &**surfaces {
-            "matte" => Surfaces::Matte,
-            "gltf" => Surfaces::MetallicRoughness,
-            "gltf-separable" => Surfaces::MetallicRoughnessSeparable,
-            other => {
-                return Err(value_error(format!("surfaces: expected matte, gltf or gltf-separable, found {other:?}")));
-            }
-        };
+        let surfaces = surfaces_of(surfaces)?;
         let paths = PathOptions::default().bounces(*bounces).seed(*seed).surfaces(surfaces);
         Ok(TruthOptions::default().width(width).height(height).count(SampleCount::of(*samples)).paths(paths))
     }
@@ -232,6 +267,8 @@ pub(crate) fn render_traced<'py>(
     if let Some(share) = &share {
         share.begin(py, &[&*scene.source.scene], progress.as_ref())?;
     }
+    let mut scene = scene;
+    scene.source = scene.source.finish(options.paths.surfaces != Surfaces::Matte);
     let (scene, bvh) = scene.read(py)?;
     let camera = camera_of(&scene, view)?;
     traced(py, share.as_ref(), progress.as_ref(), |shard, job| {

@@ -27,7 +27,7 @@ mod split;
 pub use bake::keep_transfer::KeptVertices;
 pub use bake::moving_bake::{MovingBakeOptions, PartBake, PartBakeKind};
 pub use baked::visibility_grid::{VisibilityGrid, VisibilityGridOptions};
-pub use light::moving_picture::light_moving_scene;
+pub use light::moving_picture::{light_moving_scene, light_moving_surfaces};
 pub use light::moving_shading::MovingShading;
 pub use light::part_obstacles::{PartObstacles, PartReceivers};
 pub use moving_job::{BakeOne, MovingJob, OneBake, ReadMoving};

@@ -54,14 +54,16 @@ pub use path_tracer::background::Background;
 pub use path_tracer::distant_light::{Backdrop, DistantLight};
 pub use path_tracer::emitter::Emitter;
 pub use path_tracer::estimate::{PathEstimate, SampleCount};
-pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer, Surfaces};
+pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer};
 pub use path_tracer::reference::{Truth, TruthOptions, render_truth, render_truth_shard, render_truth_with_emitters};
+pub use path_tracer::surfaces::Surfaces;
 pub use path_tracer::truth_exr::{TracedPicture, read_traced_picture, read_traced_picture_bytes};
 pub use scene_view::baked_scene::{BakedScene, transfer_bytes};
 pub use scene_view::light_scene::{
     LitPicture, light_baked_scene, light_baked_surfaces, light_by_irradiance, light_scene_by, light_surfaces_by,
 };
 pub use scene_view::lit_scene::LitScene;
+pub use scene_view::openness::Openness;
 pub use scene_view::picture_bake::PictureBake;
 pub use scene_view::placed_transfer::vertex_backs_in_view;
 pub use scene_view::scene_picture::{SceneHit, ViewOptions, scene_picture};

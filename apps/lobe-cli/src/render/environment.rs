@@ -9,6 +9,7 @@ use lobe::render::{EnvironmentMapOptions, EnvironmentMaps, Reflections, Surfaces
 
 use crate::args::memory::MemoryLimit;
 use crate::args::values;
+use crate::render::stage::Split;
 use crate::run::bake_watch::watched;
 use crate::run::talk::Talk;
 
@@ -67,14 +68,19 @@ impl EnvironmentInput {
     /// What shiny surfaces reflect of the light.
     pub(crate) fn reflections(
         &self,
-        (light, name): (EnvMap, &str),
+        (split, name): (&Split, &str),
         surfaces: Surfaces,
         memory: &MemoryLimit,
         talk: Talk,
     ) -> anyhow::Result<Reflections> {
         let options = self.options(surfaces);
-        expect_memory((&light, name), &options, memory)?;
-        let maps = watched(talk, "filter", |job| Reflections::new(light, &options, job))?;
+        if let Some(rest) = &split.rest {
+            expect_memory((rest, name), &options, memory)?;
+        }
+        let maps = watched(talk, "filter", |job| match &split.rest {
+            Some(rest) => Reflections::new(rest.clone(), &options, job),
+            None => Reflections::of_expansion(split.light.rest(), &options, job),
+        })?;
         maps.or_else(|_| bail!("stopped before the first picture; nothing is kept"))
     }
 

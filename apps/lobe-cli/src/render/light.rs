@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use anyhow::{anyhow, bail};
 use clap::Args;
-use lobe::env::{EnvMap, SceneLight, Sun, SunChoice, read_suns, reconstruct};
+use lobe::env::{EnvMap, SceneLight, Sun, SunChoice, read_suns};
 use lobe::render::{Backdrop, Background, DistantLight};
 use lobe::sh::expansion::Quantity;
 use lobe::sh::sh_json::read_sh_json;
@@ -22,10 +22,6 @@ use crate::run::talk::Talk;
 /// Advice on a map that is too large or has pixels that are no numbers.
 const CONVERT_FIRST: [&str; 2] =
     ["make it smaller with lobe env convert --max-texels", "lobe env convert --nonfinite zero makes them black"];
-
-/// Columns of the map that an expansion is made, for what surfaces reflect of it: of order 8 its bands are 32 texels
-/// wide.
-const OF_EXPANSION: usize = 256;
 
 /// What lights the scene.
 #[derive(Args)]
@@ -222,7 +218,7 @@ impl ExpansionInput {
     }
 
     /// The suns of the light, and the expansion of the rest under its window; of the order asked for, its own, or
-    /// `default`. With it the map of the rest, if that is wanted.
+    /// `default`. With it the map of the rest, if that is wanted and the light is a map.
     pub(crate) fn of(
         &self,
         light: &ReadLight,
@@ -233,8 +229,7 @@ impl ExpansionInput {
         let split = match (&light.expansion, &light.map) {
             (Some(f), _) => {
                 let f = f.resized(self.order.unwrap_or(f.order()));
-                let rest = wants_rest.then(|| reconstruct(&f, OF_EXPANSION, OF_EXPANSION / 2));
-                SceneLight::of_expansion(f, suns).map(|light| (light, rest))
+                SceneLight::of_expansion(f, suns).map(|light| (light, None))
             }
             (None, Some(map)) => {
                 let order = self.order.unwrap_or(default);

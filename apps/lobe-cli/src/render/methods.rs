@@ -187,6 +187,8 @@ pub(crate) struct Moving {
     #[command(flatten)]
     rays: Rays,
     #[command(flatten)]
+    surfaces: SurfaceInput,
+    #[command(flatten)]
     time: TimeInput,
     #[command(flatten)]
     moving: JobArgs<MovingJob>,
@@ -246,9 +248,18 @@ impl Trace {
 
 impl Moving {
     fn render(self) -> anyhow::Result<Render> {
-        let Self { common, expansion, suns, rays, time, moving, fresh } = self;
+        let Self { common, expansion, suns, rays, surfaces, time, moving, fresh } = self;
         let moving = moving.job()?;
-        Ok(Render { expansion, suns, samples: rays.samples, time, moving, fresh, ..common.render(Mode::Moving) })
+        Ok(Render {
+            expansion,
+            suns,
+            samples: rays.samples,
+            surfaces,
+            time,
+            moving,
+            fresh,
+            ..common.render(Mode::Moving)
+        })
     }
 }
 

@@ -16,9 +16,9 @@ impl Mode {
     /// The model of reflection without --surfaces, of methods that know more than one.
     pub(crate) fn surfaces(self) -> Option<Surfaces> {
         match self {
-            Self::Trace | Self::Baked => Some(Surfaces::Matte),
+            Self::Trace | Self::Baked | Self::Moving => Some(Surfaces::Matte),
             Self::Maps => Some(Surfaces::MetallicRoughness),
-            _ => None,
+            Self::Irradiance => None,
         }
     }
 }

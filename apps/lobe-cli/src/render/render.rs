@@ -6,11 +6,12 @@ use std::time::Instant;
 use anyhow::bail;
 use lobe::env::Sun;
 use lobe::io::{Job, JobFiles, Progress, Shard, SharingOptions};
-use lobe::motion::{MovingJob, MovingScene, MovingShading, OneBake, light_moving_scene};
-use lobe::prt::OpenScene;
+use lobe::motion::{MovingJob, MovingScene, MovingShading, OneBake, light_moving_surfaces};
+use lobe::prt::{BakeMode, OpenScene};
 use lobe::render::{
     Background, Camera, DistantLight, Emitter, EnvironmentMaps, MatteSurfaces, RenderError, SurfaceModel, Surfaces,
-    TransferSource, TruthOptions, ViewOptions, light_baked_surfaces, light_by_environment_maps, light_by_irradiance, render_truth_shard,
+    TransferSource, TruthOptions, ViewOptions, light_baked_surfaces, light_by_environment_maps, light_by_irradiance,
+    render_truth_shard,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rotation};
@@ -95,10 +96,10 @@ impl Render {
         }
         let (stage, camera, split, kept) = self.stage(&light, talk)?;
         let maps = self.maps(&light, talk)?;
-        let (split, rest) = split.map_or((None, None), |split| (Some(split.light), split.rest));
         let name = self.light.path().display().to_string();
-        let reflections =
-            rest.map(|rest| self.environment.reflections((rest, &name), self.model(), &self.memory, talk)).transpose()?;
+        let reflect = |split: &Split| self.environment.reflections((split, &name), self.model(), &self.memory, talk);
+        let reflections = split.as_ref().filter(|_| self.reflects_light()).map(reflect).transpose()?;
+        let split = split.map(|split| split.light);
         // A map that is used as it was given has its own suns.
         let suns = match &split {
             Some(split) => split.suns().to_vec(),
@@ -164,13 +165,7 @@ impl Render {
 
     /// The suns of the light and its expansion, of `order` bands unless others are asked for; none where the light is
     /// used as it was given.
-    fn split(
-        &self,
-        light: &ReadLight,
-        order: usize,
-        suns: &SunInput,
-        talk: Talk,
-    ) -> anyhow::Result<Option<Split>> {
+    fn split(&self, light: &ReadLight, order: usize, suns: &SunInput, talk: Talk) -> anyhow::Result<Option<Split>> {
         let is_expansion = match self.mode {
             Mode::Trace => self.expansion.is_asked_of(light),
             Mode::Maps => false,
@@ -200,6 +195,7 @@ impl Render {
             let (order, memory) = (self.expansion.order, self.memory.limit());
             let mut found = watched_job(talk, Kept::Nowhere, |work| self.transfer.prepare(open, order, memory, work))?;
             found.baked = self.surfaces.applied_to_baked(found.baked)?;
+            self.note_materials(found.baked.scene(), talk);
             if found.baked.is_glossy() && has_finish {
                 bail!("--surfaces: glossy transfer has the lobe of --lobe; leave the option out");
             }
@@ -218,8 +214,20 @@ impl Render {
             return Ok((Stage::Baked(Box::new(baked)), camera, split, Vec::new()));
         }
         let scene = self.surfaces.applied(heard(talk, |work| open.scene(work))?)?;
+        self.note_materials(&scene, talk);
         let (bvh, camera) = (Bvh::new(&scene), self.view.camera(&scene)?);
         Ok((Stage::Plain(scene, bvh), camera, self.split(light, IRRADIANCE_ORDER, &self.suns, talk)?, Vec::new()))
+    }
+
+    /// Notes that materials shine or emit light where nobody said that surfaces are matte.
+    fn note_materials(&self, scene: &Scene, talk: Talk) {
+        let is_matte = self.model() == Surfaces::Matte && self.mode.surfaces().is_some();
+        let is_lobe = self.transfer.lobe.is_some() || self.transfer.mode == Some(BakeMode::Glossy);
+        if is_matte && self.surfaces.is_left_open() && !is_lobe && (scene.has_metals() || scene.is_emissive()) {
+            let text =
+                "has materials that are metals or emit light, shown as matte; --surfaces gltf shows what they are";
+            talk.note(&self.scene.name(), text);
+        }
     }
 
     fn moving_stage(&self, open: OpenScene, light: &ReadLight, talk: Talk) -> anyhow::Result<Staged> {
@@ -228,6 +236,10 @@ impl Render {
         let keeps = (self.expansion.order, is_shaded);
         let read = heard(talk, |work| self.moving.read(open, keeps, memory, work))?;
         let mut moving = read.moving.looped(self.time.is_looped);
+        let has_some = |scene: &&Scene| scene.has_metals() || scene.is_emissive();
+        if let Some(scene) = moving.parts().iter().map(|part| &part.scene).find(has_some) {
+            self.note_materials(scene, talk);
+        }
         let times: Vec<f64> = (0..self.pictures.count()).map(|k| self.time_of(k)).collect();
         if self.pictures.is_turn() && moving.span()[0] < moving.span()[1] {
             talk.note(&name, "stands still while the light turns; --frames A..B lets it move");
@@ -258,7 +270,7 @@ impl Render {
         let (shading, kept) = self.moving.prepare::<anyhow::Error>(
             &mut moving,
             &paths,
-            has_suns,
+            has_suns || self.reflects_light(),
             (memory, Some(&files)),
             &mut bake_one,
         )?;
@@ -271,6 +283,7 @@ impl Render {
     fn render(&self, work: &mut Work<'_>, turn: &Rotation, time: f64, job: Job<'_>) -> Result<Rendered, RenderError> {
         let lit = self.lit(work, turn);
         let Work { stage, camera, tree, maps, reflections, .. } = work;
+        let shiny = reflections.as_ref().map(|reflections| reflections.turned(turn));
         match stage {
             Stage::Plain(scene, bvh) if self.mode == Mode::Trace => {
                 let suns = lit.emitters(Vec::new(), scene);
@@ -281,7 +294,10 @@ impl Render {
                 let lights = (&lit.shown, &lit.emitters(moment.emitters(), moment.scene())[..]);
                 truth::traced((moment.scene(), moment.bvh()), lights, camera, &self.truth_options(), job)
             }
-            Stage::Moving(moving, Some(shading)) => self.shaded((moving, tree), shading, time, camera, &lit, job),
+            Stage::Moving(moving, Some(shading)) => {
+                let model: &dyn SurfaceModel = shiny.as_ref().map_or(&MatteSurfaces, |shiny| shiny);
+                self.shaded((moving, tree), (shading, model), time, camera, &lit, job)
+            }
             Stage::Plain(scene, bvh) => {
                 let (background, view) = (|s: Dir| lit.shown.seen(s), self.view_options());
                 let picture = match maps {
@@ -294,8 +310,7 @@ impl Render {
             }
             Stage::Baked(baked) => {
                 let (background, view) = (|s: Dir| lit.shown.seen(s), self.view_options());
-                let shiny = reflections.as_ref().map(|reflections| reflections.turned(turn));
-                let model = shiny.as_ref().map_or(&MatteSurfaces as &dyn SurfaceModel, |shiny| shiny);
+                let model: &dyn SurfaceModel = shiny.as_ref().map_or(&MatteSurfaces, |shiny| shiny);
                 let picture = light_baked_surfaces(baked, (lit.light(), model), camera, &view, background, job)?;
                 Ok(Rendered::Shaded(lit.finished(picture)))
             }
@@ -318,7 +333,7 @@ impl Render {
     fn shaded(
         &self,
         (moving, tree): (&mut MovingScene, &mut Option<Bvh>),
-        shading: &MovingShading,
+        (shading, model): (&MovingShading, &dyn SurfaceModel),
         time: f64,
         camera: &Camera,
         lit: &Lit,
@@ -336,7 +351,7 @@ impl Render {
             moment = moving.at_with(time, Some(bvh))?;
         }
         let background = |s: Dir| lit.shown.seen(s);
-        let shaded = light_moving_scene(&moment, shading, lit.light(), camera, &view, background, job)?;
+        let shaded = light_moving_surfaces(&moment, shading, (lit.light(), model), camera, &view, background, job)?;
         *tree = Some(moment.into_bvh());
         Ok(Rendered::Shaded(lit.finished(shaded)))
     }
@@ -348,7 +363,7 @@ impl Render {
 
     /// Whether surfaces whose light is known by transfer reflect a map of it, too.
     fn reflects_light(&self) -> bool {
-        self.mode == Mode::Baked && self.model() != Surfaces::Matte
+        matches!(self.mode, Mode::Baked | Mode::Moving) && self.model() != Surfaces::Matte
     }
 
     fn truth_options(&self) -> TruthOptions {

@@ -1,34 +1,26 @@
 //! Surfaces of `lobe render`: the model of reflection, and one finish for all of them.
 
 use anyhow::bail;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use lobe::render::{BakedScene, Surfaces};
 use lobe::scene::Scene;
 
 use crate::args::values;
 
-/// How surfaces reflect, of the methods that look at more than their base color.
+/// How surfaces reflect.
 #[derive(Args, Default)]
 pub(crate) struct SurfaceInput {
-    /// The model of reflection [default: of baked and trace matte, as in a bake; of maps gltf]
-    #[arg(long, value_enum)]
-    surfaces: Option<SurfaceModel>,
+    /// The model of reflection: matte, Lambert with the base color as albedo; gltf, the metallic-roughness model with
+    /// textures and emission, Smith's masking height-correlated, as renderers have it; gltf-separable, with separable
+    /// masking, as the specification of glTF prints it [default: matte, as in a bake; of maps gltf]
+    #[arg(long, value_name = "MODEL")]
+    surfaces: Option<Surfaces>,
     /// With gltf: this roughness of all surfaces, 0 (mirrors) to 1, in place of their own
     #[arg(long, value_name = "R", value_parser = part)]
     roughness: Option<f32>,
     /// With gltf: all surfaces as metals (1), as plastics (0) or between them, in place of their own
     #[arg(long, value_name = "M", value_parser = part)]
     metallic: Option<f32>,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum SurfaceModel {
-    /// Lambert with the base color as albedo
-    Matte,
-    /// The metallic-roughness model of glTF, Smith's masking height-correlated, as renderers have it
-    Gltf,
-    /// The same with separable masking, as the specification of glTF prints it
-    GltfSeparable,
 }
 
 fn part(text: &str) -> Result<f32, String> {
@@ -41,12 +33,7 @@ fn part(text: &str) -> Result<f32, String> {
 impl SurfaceInput {
     /// The model that is asked for, or that of the mode.
     pub(crate) fn model(&self, default: Surfaces) -> Surfaces {
-        match self.surfaces {
-            None => default,
-            Some(SurfaceModel::Matte) => Surfaces::Matte,
-            Some(SurfaceModel::Gltf) => Surfaces::MetallicRoughness,
-            Some(SurfaceModel::GltfSeparable) => Surfaces::MetallicRoughnessSeparable,
-        }
+        self.surfaces.unwrap_or(default)
     }
 
     /// Refuses what would be ignored: a finish of matte surfaces.
@@ -61,6 +48,11 @@ impl SurfaceInput {
     pub(crate) fn expect_own_finish(&self, name: &str) -> anyhow::Result<()> {
         let Some(option) = self.finish() else { return Ok(()) };
         bail!("{option}: only of a scene that stands still, but {name} moves; leave the option out");
+    }
+
+    /// Whether nobody asked for a model.
+    pub(crate) fn is_left_open(&self) -> bool {
+        self.surfaces.is_none()
     }
 
     /// The scene with the finish that is asked for.

@@ -125,6 +125,15 @@ def picture_of(traced: tuple[Picture, Picture, int, Picture] | None) -> Traced:
 
 SURFACES = ("matte", "gltf", "gltf-separable")
 
+
+
+def expect_surfaces(surfaces: str) -> str:
+    """The name of a model of reflection."""
+    if surfaces not in SURFACES:
+        raise ValueError(f"surfaces: expected {', '.join(SURFACES[:-1])} or {SURFACES[-1]}, found {surfaces!r}")
+    return surfaces
+
+
 Paths = tuple[int, int, int, str]
 """Samples of each pixel, bounces before the visible surface, a seed, and the model of surfaces."""
 
@@ -146,9 +155,8 @@ def tracing_of(
 ) -> Tracing:
     """What a picture is traced by."""
     view, size = checked(light, camera)._view(), size_of(width, height)
-    if surfaces not in SURFACES:
-        raise ValueError(f"surfaces: expected {', '.join(SURFACES[:-1])} or {SURFACES[-1]}, found {surfaces!r}")
-    paths = whole(samples, "samples", 2, 1 << 20), whole(bounces, "bounces", 0, 255), whole(seed, "seed", 0, 2**64 - 1), surfaces
+    counts = whole(samples, "samples", 2, 1 << 20), whole(bounces, "bounces", 0, 255), whole(seed, "seed", 0, 2**64 - 1)
+    paths = *counts, expect_surfaces(surfaces)
     colors, source = (None, light._map) if isinstance(light, EnvMap) else (colors_of(light), None)
     return colors, source, background_of(background), view, size, paths
 

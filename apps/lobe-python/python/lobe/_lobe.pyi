@@ -116,6 +116,7 @@ def render_still(
     view: View,
     size: tuple[int, int],
     rays: int,
+    surfaces: str,
     progress: Callable[[int, int], object] | None,
 ) -> npt.NDArray[np.float32]: ...
 def render_traced(

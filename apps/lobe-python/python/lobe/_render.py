@@ -12,7 +12,21 @@ import numpy.typing as npt
 from . import _lobe
 from ._arrays import expect, finite, numbers, whole
 from ._bake import expect_parts, expect_shard
-from ._camera import Background, Camera, Picture, Suns, Traced, background_of, checked, lighting_of, merged, picture_of, size_of, tracing_of
+from ._camera import (
+    Background,
+    Camera,
+    Picture,
+    Suns,
+    Traced,
+    background_of,
+    checked,
+    expect_surfaces,
+    lighting_of,
+    merged,
+    picture_of,
+    size_of,
+    tracing_of,
+)
 from ._env import EnvMap
 from ._moving import MovingOptions, MovingScene
 from ._scene import Path, Progress, Scene
@@ -42,6 +56,7 @@ def render(
     rays: int = 2,
     background: Background = "env",
     suns: Suns = "auto",
+    surfaces: str = "matte",
     progress: Progress | None = None,
 ) -> Picture:
     """A scene under light from everywhere, as by `lobe render`: radiance of shape (height, width, 3), row 0 on top.
@@ -56,6 +71,8 @@ def render(
     `suns` cast shadows by themselves, beside the expansion: "auto" finds in a map up to four, each of half a percent of its light at least; "none" leaves all
     in the expansion; a number takes so many at most; a .json file of `lobe env sun --json` or a list of `Sun` adds its own.
 
+    `surfaces` of transfer are "matte"; "gltf", metallic-roughness with textures and emission; or "gltf-separable", as `trace` has them.
+
     Behind the scene is a `background`: "env", the map, or the expansion itself; "light", the bands that light the scene; "none", with which the picture
     has shape (height, width, 4), premultiplied by its alpha; or a color, three numbers of linear radiance or "#rrggbb" of sRGB. `rays` squared rays are
     averaged for each pixel, four times as many where surfaces end. Backs of double-sided surfaces, which files do
@@ -64,6 +81,8 @@ def render(
     if mode in ("fields", "exponentials"):
         if (transfer, lobe) != (None, None):
             raise ValueError(f"transfer and lobe: not of the mode {mode}")
+        if expect_surfaces(surfaces) != "matte":
+            raise ValueError(f"surfaces: matte in the mode {mode}; the command lobe render moving has others")
         options = MovingOptions(method=mode, order=order, bake_samples=bake_samples, bounces=bounces)
         moving = MovingScene(scene, options)
         seconds = 0.0 if time is None else time
@@ -74,6 +93,8 @@ def render(
     if mode == "irradiance":
         if any(asked[name] is not None for name in asked if name != "mode") or order is not None:
             raise ValueError("transfer, lobe, order, bake_samples and bounces: only of a mode with transfer")
+        if expect_surfaces(surfaces) != "matte":
+            raise ValueError("surfaces: matte in the mode irradiance")
     elif order is not None:
         whole(order, "order", 1, MOST_BANDS)
     view, size = checked(light, camera)._view(), size_of(width, height)
@@ -81,7 +102,10 @@ def render(
     bands = IRRADIANCE_BANDS if mode == "irradiance" else MOST_BANDS
     lighting = lighting_of(light, bands, suns)
     method = None if mode == "irradiance" else asked
-    return _lobe.render_still(Scene.of(scene), method, order, lighting, behind, view, size, whole(rays, "rays", 1, 64), progress)
+    count, model = whole(rays, "rays", 1, 64), expect_surfaces(surfaces)
+    if model != "matte" and (mode == "glossy" or lobe is not None):
+        raise ValueError("surfaces: glossy transfer has the lobe of lobe")
+    return _lobe.render_still(Scene.of(scene), method, order, lighting, behind, view, size, count, model, progress)
 
 
 def trace(

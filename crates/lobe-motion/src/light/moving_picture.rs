@@ -6,9 +6,13 @@ use lobe_sh::{Dir, Rgb};
 
 use crate::light::moving_shading::MovingShading;
 use crate::light::moving_shading::Shaded;
+use crate::light::moving_surroundings::MovingSurroundings;
 use crate::scene::moment::Moment;
 use crate::scene::moving_scene::MovingScene;
-use lobe_render::{Camera, LitPicture, RenderError, SceneHit, ViewOptions, light_scene_by, vertex_backs_in_view};
+use lobe_render::{
+    Camera, LitPicture, LitSurfaces, MatteSurfaces, RenderError, SceneHit, SurfaceModel, Surroundings, ViewOptions,
+    light_surfaces_by, vertex_backs_in_view,
+};
 
 /// Lights a moment of a moving scene, and shows it as `camera` sees it: `background` where a ray escapes. Where the
 /// transfer of a part leaves out the albedo, and on parts that are deformed, that of the pixel counts, so that textures
@@ -26,6 +30,23 @@ pub fn light_moving_scene(
     camera: &Camera,
     options: &ViewOptions,
     background: impl Fn(Dir) -> Rgb<f64> + Sync,
+    job: Job<'_>,
+) -> Result<LitPicture, RenderError> {
+    light_moving_surfaces(moment, shading, (light, &MatteSurfaces), camera, options, background, job)
+}
+
+/// [`light_moving_scene`] by any model of reflection, such as [`GltfSurfaces`](lobe_render::GltfSurfaces). What hides
+/// reflections of fronts is known in three bands; backs reflect as if nothing did.
+///
+/// # Errors
+/// As [`light_moving_scene`].
+pub fn light_moving_surfaces(
+    moment: &Moment<'_>,
+    shading: &MovingShading,
+    (light, model): (&SceneLight, &dyn SurfaceModel),
+    camera: &Camera,
+    options: &ViewOptions,
+    background: impl Fn(Dir) -> Rgb<f64> + Sync,
     mut job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
     let (scene, bvh) = (moment.scene(), moment.bvh());
@@ -36,11 +57,37 @@ pub fn light_moving_scene(
         true => None,
         false => Some(Lit::new(moment, shading.backs(moment, light, &seen, &mut || go_on(&mut job, total))?)),
     };
-    let radiance = |hit: &SceneHit<'_>| match &backs {
-        Some(backs) if !hit.is_front => backs.radiance(moment, hit),
-        _ => fronts.radiance(moment, hit),
+    let around = match model.looks_around() {
+        true => Some(MovingSurroundings::new(shading, moment, &light.whole(), &mut || go_on(&mut job, total))?),
+        false => None,
     };
-    light_scene_by((scene, bvh), &shading.by_rays(moment, light), camera, options, &background, &radiance, job)
+    let lit = LitMoment { moment, fronts, backs, around };
+    let light = shading.by_rays(moment, light);
+    light_surfaces_by((scene, bvh), (&light, model), camera, options, &background, &lit, job)
+}
+
+/// A moment under a light.
+struct LitMoment<'a> {
+    moment: &'a Moment<'a>,
+    fronts: Lit,
+    backs: Option<Lit>,
+    around: Option<MovingSurroundings>,
+}
+
+impl LitSurfaces for LitMoment<'_> {
+    fn matte(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
+        match &self.backs {
+            Some(backs) if !hit.is_front => backs.radiance(self.moment, hit),
+            _ => self.fronts.radiance(self.moment, hit),
+        }
+    }
+
+    fn surroundings(&self, hit: &SceneHit<'_>, axis: Dir, roughness: f64) -> Surroundings {
+        match &self.around {
+            Some(around) if hit.is_front => around.at(hit, axis, roughness),
+            _ => Surroundings::OPEN,
+        }
+    }
 }
 
 /// Tells that no pixel is done yet, and ends where the job says so.

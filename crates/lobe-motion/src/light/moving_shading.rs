@@ -55,6 +55,17 @@ pub(crate) struct Shaded {
     pub(crate) is_white: bool,
 }
 
+/// Light that vertices may send back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Light {
+    /// That of the sky and of lamps.
+    Whole,
+    /// That of the sky.
+    Sky,
+    /// That of the sky which no surface reflects but the last, as far as that part of the transfer is known.
+    SkyOnce,
+}
+
 /// A callback between blocks of vertices; its error ends the work.
 pub(crate) type Ask<'a> = &'a mut dyn FnMut() -> Result<(), RenderError>;
 
@@ -136,16 +147,31 @@ impl MovingShading {
         light: &SceneLight,
         ask: Ask<'_>,
     ) -> Result<Vec<Shaded>, RenderError> {
-        self.of_all_parts(moment, light, |part, placed, lit| {
+        self.fronts_of(Light::Whole, moment, light, ask)
+    }
+
+    /// What all vertices send back of some of the light.
+    pub(crate) fn fronts_of(
+        &self,
+        which: Light,
+        moment: &Moment<'_>,
+        light: &SceneLight,
+        ask: Ask<'_>,
+    ) -> Result<Vec<Shaded>, RenderError> {
+        self.of_all_parts(which, moment, light, |part, placed, lit| {
+            let (transfer, direct) = match which {
+                Light::SkyOnce => (part.direct.as_deref().or(part.transfer.as_deref()), None),
+                Light::Whole | Light::Sky => (part.transfer.as_deref(), part.direct.as_deref()),
+            };
             let mut all = Shaded { radiance: Vec::new(), is_white: part.transfer.is_none() || part.is_demodulated };
             let count = placed.surface.positions.len();
             for first in (0..count).step_by(AT_ONCE) {
                 ask()?;
                 let range = first..(first + AT_ONCE).min(count);
                 let surface = placed.surface.some(range.clone(), 1.0);
-                all.radiance.extend(match part.transfer.as_deref().filter(|_| part.is_rigid()) {
+                all.radiance.extend(match transfer.filter(|_| part.is_rigid()) {
                     Some(transfer) => {
-                        let direct = part.direct.as_deref().map(|direct| rows_of(direct, range.clone(), count));
+                        let direct = direct.map(|direct| rows_of(direct, range.clone(), count));
                         let (rows, direct) = (rows_of(transfer, range, count)?, direct.transpose()?);
                         lit.by_transfer(&surface, (&rows, direct.as_deref()), part.is_demodulated)?
                     }
@@ -165,7 +191,7 @@ impl MovingShading {
         ask: Ask<'_>,
     ) -> Result<Vec<Shaded>, RenderError> {
         let mut first = 0;
-        self.of_all_parts(moment, light, |part, placed, lit| {
+        self.of_all_parts(Light::Whole, moment, light, |part, placed, lit| {
             ask()?;
             let count = placed.surface.positions.len();
             let range = seen.partition_point(|v| *v < first)..seen.partition_point(|v| *v < first + count);
@@ -203,6 +229,7 @@ impl MovingShading {
     /// Shades every part, given what others leave of the light.
     fn of_all_parts(
         &self,
+        which: Light,
         moment: &Moment<'_>,
         light: &SceneLight,
         mut shade: impl FnMut(&MovingPart, &PlacedPart, &PartLight<'_>) -> Result<Shaded, RenderError>,
@@ -210,10 +237,15 @@ impl MovingShading {
         expect_order(moment.parts(), self.options.order)?;
         moment.lamps.iter().try_for_each(|lamp| lamp.expect_order(self.options.order))?;
         let (whole, light) = (light.whole(), &self.by_rays(moment, light));
+        let mut options = self.options.clone();
+        options.bounce &= which != Light::SkyOnce;
         let shade_one = |(index, (part, placed)): (usize, (&MovingPart, &PlacedPart))| {
-            let hiding = Hiding::of(moment, index, &self.options, &whole);
-            let lamps = LampLight::of(moment, index, &self.options, &self.table)?;
-            let lit = PartLight::new(&self.options, &self.table, hiding, lamps, &placed.surface.frame, light)?;
+            let hiding = Hiding::of(moment, index, &options, &whole);
+            let lamps = match which {
+                Light::Whole => LampLight::of(moment, index, &options, &self.table)?,
+                Light::Sky | Light::SkyOnce => None,
+            };
+            let lit = PartLight::new(&options, &self.table, hiding, lamps, &placed.surface.frame, light)?;
             shade(part, placed, &lit).map_err(|error| error.of_part(&part.name))
         };
         moment.parts().iter().zip(&moment.placed).enumerate().map(shade_one).collect()

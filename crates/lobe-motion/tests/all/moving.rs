@@ -6,14 +6,15 @@ use lobe_env::{SceneLight, Sun, bundled, project_env};
 use lobe_io::Job;
 use lobe_motion::{
     Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingPart, MovingScene, MovingShading,
-    VisibilityGridOptions, light_moving_scene,
+    VisibilityGridOptions, light_moving_scene, light_moving_surfaces,
 };
 use lobe_prt::{BakeMode, BakeOptions, bake_vertices};
 use lobe_render::{
-    BakedScene, Camera, DistantLight, PathOptions, SampleCount, TruthOptions, View, ViewOptions, light_baked_scene,
+    Backdrop, BakedScene, Camera, DistantLight, EnvironmentMapOptions, GltfSurfaces, PathOptions, Reflections,
+    SampleCount, SceneHit, SurfaceLight, SurfaceModel, Surfaces, TruthOptions, View, ViewOptions, light_baked_scene,
     render_truth,
 };
-use lobe_scene::{Bvh, SceneReadOptions, built_in};
+use lobe_scene::{Bvh, Scene, SceneReadOptions, built_in};
 use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec};
 use lobe_shadow::{FieldOptions, Key, Placement, SphereFitOptions, Track};
 
@@ -122,7 +123,10 @@ fn error_against_paths(moving: &MovingScene, method: Option<MovingMethod>, time:
 }
 
 fn balls_over_ground() -> MovingScene {
-    let both = built_in::ball_over_ground(24);
+    moving_ball(built_in::ball_over_ground(24))
+}
+
+fn moving_ball(both: Scene) -> MovingScene {
     let (ground, ball) = (both.part([0]).unwrap(), both.part([1]).unwrap());
     let key = |time: f64, x: f64| Key { time, placement: Placement::new([x, 0.0, -0.3], Rotation::IDENTITY, 1.0) };
     let track = Track::new(vec![key(0.0, -1.5), key(2.0, 1.5)]).unwrap();
@@ -143,6 +147,49 @@ fn shadows_of_what_moves_are_nearer_to_traced_paths_than_bakes_without_them() {
             assert!(with < 0.5 * without, "{method:?} at {time} s: {with} with shadows, {without} without");
         }
     }
+}
+
+/// A model whose reflections nothing hides.
+struct Unhidden<'a>(GltfSurfaces<'a>);
+
+impl SurfaceModel for Unhidden<'_> {
+    fn looks_around(&self) -> bool {
+        false
+    }
+
+    fn radiance(&self, hit: &SceneHit<'_>, light: &SurfaceLight<'_>) -> Rgb<f64> {
+        let matte = |hit: &SceneHit<'_>| light.lit.matte(hit);
+        self.0.radiance(hit, &SurfaceLight { lit: &matte, suns: light.suns })
+    }
+}
+
+#[test]
+fn what_moves_hides_the_sky_from_what_metals_reflect() {
+    let metal = built_in::ball_over_ground(24).with_finish(Some(0.5), Some(1.0)).unwrap();
+    let mut moving = moving_ball(metal);
+    moving.bake(MovingMethod::Fields, &options(), Job::default()).unwrap();
+    let moment = moving.at(0.9).unwrap();
+    let camera = Camera::framing([-2.0, -2.0, 0.0], [2.0, 2.0, 2.0], View::three_quarter(), 0.35);
+    let (width, height, sky) = (32, 24, sky());
+    let view = ViewOptions::default().width(width).height(height).rays(3);
+    let (distant, black) = (DistantLight::from_expansion(sky.clone()), |_: Dir| Rgb::new(0.0, 0.0, 0.0));
+    let paths = PathOptions::default().bounces(0).surfaces(Surfaces::MetallicRoughness);
+    let truth = TruthOptions::default().width(width).height(height).count(SampleCount::of(256)).paths(paths);
+    let distant = distant.before(Backdrop::None);
+    let truth = render_truth(moment.scene(), moment.bvh(), &camera, &distant, &truth, Job::default()).unwrap();
+    let options = EnvironmentMapOptions::default().size(32);
+    let reflections = Reflections::of_expansion(&sky, &options, Job::default()).unwrap();
+    let (model, shading) = (reflections.turned(&Rotation::IDENTITY), shading(MovingMethod::Fields));
+    let error = |model: &dyn SurfaceModel| {
+        let light = sky.clone().into();
+        let lit =
+            light_moving_surfaces(&moment, &shading, (&light, model), &camera, &view, black, Job::default()).unwrap();
+        lobe_image::compare(lit.picture.pixels(), truth.mean.pixels()).relative_rmse
+    };
+    let (with, without) = (error(&model), error(&Unhidden(model)));
+    println!("{with:.4} of {without:.4} without what hides the sky");
+    // The ground beside the ball is hidden in three bands alone.
+    assert!(with < 0.6 * without, "{with}, without what hides the sky {without}");
 }
 
 /// A dim sky with a sun.

@@ -9,7 +9,7 @@ use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation};
 use crate::environment_mapping::gltf_surfaces::Reflections;
 use crate::environment_mapping::options::EnvironmentMapOptions;
 use crate::error::RenderError;
-use crate::path_tracer::path_tracer::Surfaces;
+use crate::path_tracer::surfaces::Surfaces;
 use crate::scene_view::scene_picture::SceneHit;
 use crate::scene_view::surface_model::{SurfaceLight, SurfaceModel as _};
 

@@ -2,20 +2,23 @@
 
 use std::f64::consts::FRAC_1_PI;
 
-use lobe_env::{EnvMap, Sun};
+use lobe_env::{EnvMap, Sun, reconstruct};
 use lobe_io::Job;
 use lobe_scene::Finish;
 use lobe_sh::sphere::vector::{dot, tangents_along_z};
-use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation};
+use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation, ShVec};
 
 use crate::environment_mapping::options::EnvironmentMapOptions;
 use crate::environment_mapping::reflection_maps::ReflectionMaps;
 use crate::error::RenderError;
 use crate::path_tracer::bsdf::{DIELECTRIC, fresnel};
 use crate::path_tracer::ggx::Facets;
-use crate::path_tracer::path_tracer::Surfaces;
+use crate::path_tracer::surfaces::Surfaces;
 use crate::scene_view::scene_picture::SceneHit;
 use crate::scene_view::surface_model::{SurfaceLight, SurfaceModel};
+
+/// Columns of the map that an expansion is made: the finest waves of order 8 are 36 texels long.
+const OF_EXPANSION: usize = 256;
 
 /// What shiny surfaces reflect of a light: it is prefiltered once for all of its turns.
 #[derive(Clone, Debug)]
@@ -39,6 +42,18 @@ impl Reflections {
         }
         let is_separable = options.surfaces == Surfaces::MetallicRoughnessSeparable;
         Ok(Self { maps: ReflectionMaps::new(light, options, job)?, is_separable })
+    }
+
+    /// The same of an expansion, as a map of it.
+    ///
+    /// # Errors
+    /// As [`Reflections::new`].
+    pub fn of_expansion(
+        light: &ShVec<Rgb<f64>>,
+        options: &EnvironmentMapOptions,
+        job: Job<'_>,
+    ) -> Result<Self, RenderError> {
+        Self::new(reconstruct(light, OF_EXPANSION, OF_EXPANSION / 2), options, job)
     }
 
     /// The surfaces under the light turned: what was towards `s` is towards `R s`.

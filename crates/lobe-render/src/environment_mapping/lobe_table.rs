@@ -5,7 +5,7 @@ use lobe_sh::Dir;
 use lobe_sh::sphere::vector::dot;
 
 use crate::path_tracer::ggx::Facets;
-use crate::path_tracer::path_tracer::Surfaces;
+use crate::path_tracer::surfaces::Surfaces;
 
 /// Nodes along a side.
 const NODES: usize = 33;

@@ -4,7 +4,7 @@ use derive_setters::Setters;
 use lobe_env::Mapping;
 
 use crate::error::RenderError;
-use crate::path_tracer::path_tracer::Surfaces;
+use crate::path_tracer::surfaces::Surfaces;
 
 /// Levels of roughness, the mirror among them.
 pub(crate) const LEVELS: usize = 5;

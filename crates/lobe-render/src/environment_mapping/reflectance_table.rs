@@ -3,7 +3,7 @@
 use lobe_env::{Dfg, dfg, dfg_separable};
 use lobe_io::parallel;
 
-use crate::path_tracer::path_tracer::Surfaces;
+use crate::path_tracer::surfaces::Surfaces;
 
 /// Nodes along a side.
 const NODES: usize = 33;

@@ -3,7 +3,7 @@
 //! Read `path_tracer`, whose paths are estimated by next-event estimation and multiple importance sampling in
 //! `paths_abreast`; then what they draw from: `bsdf` with the microfacets of `ggx`, `distant_light` with its
 //! `sphere_table`, each `emitter` near by, and the Owen-scrambled Sobol' points of `sampler`. `background` names what is
-//! behind a scene. `estimate` makes means and variances of paths, `reference` pictures, `truth_checkpoint` keeps their
+//! behind a scene, `surfaces` how they reflect. `estimate` makes means and variances of paths, `reference` pictures, `truth_checkpoint` keeps their
 //! pixels, `truth_exr` writes them. Uses `camera`.
 
 pub(crate) mod background;
@@ -17,5 +17,6 @@ pub(crate) mod paths_abreast;
 pub(crate) mod reference;
 pub(crate) mod sampler;
 pub(crate) mod sphere_table;
+pub(crate) mod surfaces;
 pub(crate) mod truth_checkpoint;
 pub(crate) mod truth_exr;

@@ -14,6 +14,7 @@ use crate::path_tracer::emitter::Emitter;
 use crate::path_tracer::estimate::{PathEstimate, SampleCount, SetMeans};
 use crate::path_tracer::ggx::Facets;
 use crate::path_tracer::sampler::{PathNumbers, SampleSet};
+use crate::path_tracer::surfaces::Surfaces;
 use lobe_sh::sphere::vector::{Vec3, dot, normalized, scale, tangents_along_z};
 
 /// Options of [`PathTracer`].
@@ -55,20 +56,6 @@ pub enum LightStrategy {
     Bsdf,
     /// Next-event estimation: directions are drawn from the light alone, for matte surfaces under small lights.
     NextEvent,
-}
-
-/// Reflection models.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Surfaces {
-    /// All are matte and their albedo is the base color; metallic and roughness are ignored. This is what a diffuse
-    /// bake computes.
-    Matte,
-    /// The metallic-roughness model of glTF 2.0 with height-correlated masking, as renderers have it; surfaces whose
-    /// materials emit light do.
-    MetallicRoughness,
-    /// The same with separable masking, as appendix B.3 of the specification prints it: rough metals are darker.
-    MetallicRoughnessSeparable,
 }
 
 /// A diffuse receiver, such as a vertex.

@@ -233,7 +233,8 @@ mod tests {
     use super::*;
     use crate::path_tracer::distant_light::DistantLight;
     use crate::path_tracer::estimate::SampleCount;
-    use crate::path_tracer::path_tracer::{PathOptions, PathReceiver, Surfaces};
+    use crate::path_tracer::path_tracer::{PathOptions, PathReceiver};
+    use crate::path_tracer::surfaces::Surfaces;
 
     #[test]
     fn paths_have_the_same_radiance_alone_and_abreast() {

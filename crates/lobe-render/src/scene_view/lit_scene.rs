@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_1_PI;
 
 use lobe_env::SceneLight;
-use lobe_prt::{AlbedoMode, BakeMode};
+use lobe_prt::{AlbedoMode, BakeMode, Transfer};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::scene_view::baked_scene::BakedScene;
@@ -26,7 +26,7 @@ pub struct LitScene<'a> {
 
 /// What receivers of one side see around them.
 struct Around<'a> {
-    openness: Openness<'a>,
+    openness: Openness<&'a Transfer>,
     /// The receivers of places; without it, they are the places.
     placed: Option<&'a PlacedTransfer>,
     /// What all other surfaces send to each: of fronts by place, of backs by receiver. None where nothing reflects.

@@ -1,5 +1,6 @@
 //! How open a point is towards a lobe of directions, by transfer without reflections.
 
+use std::borrow::Borrow;
 use std::f64::consts::{FRAC_1_PI, PI};
 
 use lobe_prt::{AlbedoMode, AnyTransfer, Transfer};
@@ -28,8 +29,8 @@ const LEAST_HIDDEN: f64 = 0.02;
 ///
 /// `k_l` blurs by the lobe of GGX of this α about the axis `a`, so that `O` is the mean of the visibility under the lobe, weighted by the
 /// cosine at the surface.
-pub(crate) struct Openness<'a> {
-    transfer: &'a Transfer,
+pub struct Openness<T = Transfer> {
+    transfer: T,
     albedo: AlbedoMode,
     /// The factors of each band for rising roughness.
     factors: Vec<Vec<f64>>,
@@ -37,22 +38,34 @@ pub(crate) struct Openness<'a> {
     cosine: Zonal,
 }
 
-impl<'a> Openness<'a> {
-    /// That of transfer without reflections in its plain form; none of other forms.
+impl<'a> Openness<&'a Transfer> {
+    /// That of transfer in its plain form; none of other forms.
     pub(crate) fn of(transfer: &'a SurfaceTransfer, albedo: AlbedoMode) -> Option<Self> {
-        let SurfaceTransfer::Matte(AnyTransfer::Plain(transfer)) = transfer else { return None };
-        let order = transfer.order();
+        match transfer {
+            SurfaceTransfer::Matte(AnyTransfer::Plain(transfer)) => Some(Self::new(transfer, albedo)),
+            _ => None,
+        }
+    }
+}
+
+impl<T: Borrow<Transfer>> Openness<T> {
+    /// That of transfer without reflections, which holds the albedo or not.
+    pub fn new(transfer: T, albedo: AlbedoMode) -> Self {
+        let order = transfer.borrow().order();
         let of_level = |k: usize| {
             let roughness = k as f64 / (LEVELS - 1) as f64;
             Zonal::ggx(order, roughness * roughness).convolution_factors()
         };
         let factors = (0..LEVELS).map(of_level).collect();
-        Some(Self { transfer, albedo, factors, cosine: Zonal::clamped_cosine(order) })
+        Self { transfer, albedo, factors, cosine: Zonal::clamped_cosine(order) }
     }
 
     /// What is around a hit for a lobe about this axis, of this roughness. Receivers are those around it, whose weights sum to 1;
     /// `others` is the radiance of a matte surface of its albedo there by what all other surfaces send.
-    pub(crate) fn surroundings(
+    ///
+    /// # Panics
+    /// If there is no such receiver.
+    pub fn surroundings(
         &self,
         hit: &SceneHit<'_>,
         (axis, roughness): (Dir, f64),
@@ -67,13 +80,14 @@ impl<'a> Openness<'a> {
         if best <= 0.0 {
             return Surroundings::OPEN;
         }
-        let channel = channel.min(self.transfer.channels().count() - 1);
+        let transfer = self.transfer.borrow();
+        let channel = channel.min(transfer.channels().count() - 1);
         let factors = self.factors_at(roughness);
-        let basis = eval_basis(axis, self.transfer.order());
+        let basis = eval_basis(axis, transfer.order());
         // The transfer of visibility, towards the axis and as a whole.
         let (mut along, mut ambient) = (0.0, 0.0);
         for (receiver, weight) in receivers {
-            let row = self.transfer.vector(receiver, channel);
+            let row = transfer.vector(receiver, channel);
             for (l, factor) in factors.iter().enumerate() {
                 let band = l * l..(l + 1) * (l + 1);
                 along += weight * factor * band.map(|i| f64::from(row[i]) * basis[i]).sum::<f64>();

@@ -59,10 +59,10 @@ impl Scene {
         (0..self.meshes().len()).any(|mesh| self.material(mesh).is_emissive())
     }
 
-    /// Whether any surface [shines](Material::is_shiny).
+    /// Whether any surface is a metal, in part at least.
     #[must_use]
-    pub fn is_shiny(&self) -> bool {
-        (0..self.meshes().len()).any(|mesh| self.material(mesh).is_shiny())
+    pub fn has_metals(&self) -> bool {
+        (0..self.meshes().len()).any(|mesh| self.material(mesh).metallic > 0.0)
     }
 
     /// The same scene with another roughness and metallic of all surfaces, from 0 to 1; `None` leaves those of the

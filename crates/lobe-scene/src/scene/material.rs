@@ -191,13 +191,6 @@ impl Material {
         self.emissive != [0.0; 3]
     }
 
-    /// Whether surfaces of this material shine by more than the faint mirror of rough plastic: metals, and what is not
-    /// rough all over.
-    #[must_use]
-    pub fn is_shiny(&self) -> bool {
-        self.metallic > 0.0 || self.roughness < 1.0
-    }
-
     /// Whether rays may pass surfaces of this material.
     #[must_use]
     pub fn has_holes(&self) -> bool {

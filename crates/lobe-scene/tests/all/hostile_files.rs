@@ -133,7 +133,7 @@ fn of_many_notes_the_first_are_kept_and_the_others_counted() {
     let file = Gltf::square().with("/materials", json!(materials));
     let (_, report) = read_scene_bytes(&file.glb(), "a.glb", &SceneReadOptions::default()).unwrap();
     assert_eq!(report.notes.len(), 101, "{:?}", report.notes);
-    let expected = "material `m99` has a metallic-roughness texture; only its factors are used";
+    let expected = "material `m99` has a metallic-roughness texture, which is not used: surfaces are matte";
     assert_eq!(report.notes[99], expected, "the last that is kept");
     assert_eq!(report.notes[100], "and 50 more notes", "the rest");
 }

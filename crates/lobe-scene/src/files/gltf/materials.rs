@@ -114,7 +114,8 @@ fn note_unused(material: &gltf_json::Material, name: &str, source: &mut Source<'
         }
     }
     if material.pbr_metallic_roughness.metallic_roughness_texture.is_some() && !source.options.finish {
-        source.note(format!("material `{name}` has a metallic-roughness texture; only its factors are used"));
+        source
+            .note(format!("material `{name}` has a metallic-roughness texture, which is not used: surfaces are matte"));
     }
 }
 
