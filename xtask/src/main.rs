@@ -58,7 +58,8 @@ const CHORES: &[(&str, &str, Chore)] = &[
     ),
     (
         "suns",
-        "pictures with suns in the expansion and apart against path traced ones: [PROGRAM] [--scene SCENE].. MAP..",
+        "pictures with suns in the expansion and apart against path traced ones: [PROGRAM] [--scene SCENE].. \
+         [--surfaces MODEL] MAP..",
         suns::run,
     ),
     ("web", "the viewer as a page for any static host, in target/web; --check looks at it in Chromium", web::run),

@@ -1,5 +1,5 @@
-//! `suns [PROGRAM] [--scene SCENE]... MAP..`: pictures under photographed skies, with suns in the expansion and apart,
-//! against path traced ones.
+//! `suns [PROGRAM] [--scene SCENE]... [--surfaces MODEL] MAP..`: pictures under photographed skies, with suns in the
+//! expansion and apart, against path traced ones of the same surfaces.
 //!
 //! Each scene is lit by each map at order 4 with `--suns none`, at order 4 and at order 6 with suns apart. The error
 //! is that over surfaces, the noise of two halves of the reference subtracted. It prints a table; what is baked or
@@ -36,26 +36,30 @@ const DIRECT: [&str; 2] = ["--bounces", "0"];
 struct Bench {
     program: PathBuf,
     folder: PathBuf,
+    surfaces: String,
     maps: Vec<PathBuf>,
 }
 
 pub(crate) fn run(arguments: &[String]) -> Outcome {
     let root = workspace::root();
     let (mut scenes, mut paths, mut words) = (Vec::new(), Vec::new(), arguments.iter());
+    let mut surfaces = "matte".to_owned();
     while let Some(word) = words.next() {
         match &**word {
-            "--scene" => scenes.extend(words.next().cloned()),
-            // The command works in another folder.
-            path => paths.push(std::path::absolute(path).unwrap_or_else(|_| PathBuf::from(path))),
+            "--scene" => scenes.extend(words.next().map(|scene| absolute(scene))),
+            "--surfaces" => words.next().into_iter().for_each(|word| surfaces.clone_from(word)),
+            path => paths.push(PathBuf::from(absolute(path))),
         }
     }
     let is_map = |path: &PathBuf| path.extension().is_some();
     let (maps, programs): (Vec<PathBuf>, Vec<PathBuf>) = paths.into_iter().partition(is_map);
     if maps.is_empty() {
-        return outcome::of(vec!["expected maps: suns [PROGRAM] [--scene SCENE].. MAP..".to_owned()]);
+        return outcome::of(vec![
+            "expected maps: suns [PROGRAM] [--scene SCENE].. [--surfaces MODEL] MAP..".to_owned(),
+        ]);
     }
     let program = programs.into_iter().next().unwrap_or_else(|| root.join("target/release/lobe"));
-    let bench = Bench { program, folder: root.join("target/suns"), maps };
+    let bench = Bench { program, folder: root.join("target/suns"), surfaces, maps };
     let scenes = if scenes.is_empty() { SCENES.map(str::to_owned).to_vec() } else { scenes };
     outcome::of(bench.table(&scenes).err().into_iter().collect())
 }
@@ -77,13 +81,14 @@ impl Bench {
 
     /// The errors of a scene under a map.
     fn row(&self, scene: &str, map: &Path) -> Result<String, String> {
-        let light = map.display().to_string();
+        let (light, surfaces) = (map.display().to_string(), &*self.surfaces);
         let [a, b] = [1, 2].map(|seed| self.half(scene, &light, stem(map), seed));
         let (a, b) = (a?, b?);
         let mut row = String::new();
         for [order, suns] in COLUMNS {
-            let picture = format!("{}-{}-{order}-{suns}.exr", name(scene), stem(map));
-            let lit = ["--env", &light, "--order", order, "--suns", suns, "--size", SIZE, "-o", &picture];
+            let picture = format!("{}-{}-{order}-{suns}-{surfaces}.exr", name(scene), stem(map));
+            let lit = ["--env", &light, "--order", order, "--suns", suns, "--size", SIZE, "--surfaces", surfaces];
+            let lit = [&lit[..], &["-o", &picture]].concat();
             if moves(scene) {
                 self.lobe(&[&["render", "moving", scene], &lit[..], &DIRECT].concat())?;
             } else {
@@ -110,9 +115,10 @@ impl Bench {
 
     /// Half of the reference, traced once.
     fn half(&self, scene: &str, light: &str, sky: &str, seed: u32) -> Result<String, String> {
-        let (file, seed) = (format!("{}-{sky}-paths-{seed}.exr", name(scene)), seed.to_string());
+        let (file, seed) = (format!("{}-{sky}-{}-{seed}.exr", name(scene), self.surfaces), seed.to_string());
         if !self.folder.join(&file).exists() {
             let trace = ["render", "trace", scene, "--env", light, "--size", SIZE, "--samples", PATHS];
+            let trace = [&trace[..], &["--surfaces", &self.surfaces]].concat();
             let bounces = if moves(scene) { &DIRECT[..] } else { &[] };
             self.lobe(&[&trace[..], &["--seed", &seed, "-o", &file], bounces].concat())?;
         }
@@ -129,6 +135,12 @@ impl Bench {
         let said = String::from_utf8_lossy(&output.stderr);
         Err(format!("lobe {} failed ({}): {}", words.join(" "), output.status, said.trim()))
     }
+}
+
+/// A path as other folders have it: the command works in another one. Scenes of the program have none.
+fn absolute(path: &str) -> String {
+    let absolute = || std::path::absolute(path).unwrap_or_else(|_| PathBuf::from(path));
+    if path.starts_with("built-in:") { path.to_owned() } else { absolute().display().to_string() }
 }
 
 /// Whether `lobe render moving` shows a scene.

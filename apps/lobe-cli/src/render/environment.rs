@@ -9,7 +9,7 @@ use lobe::render::{EnvironmentMapOptions, EnvironmentMaps, Reflections, Surfaces
 
 use crate::args::memory::MemoryLimit;
 use crate::args::values;
-use crate::render::stage::Split;
+use crate::render::light::Split;
 use crate::run::bake_watch::watched;
 use crate::run::talk::Talk;
 

@@ -16,7 +16,6 @@ use crate::args::input::without_options;
 use crate::args::map_input::{MapInput, OF_MAP};
 use crate::args::memory::MemoryLimit;
 use crate::args::values;
-use crate::render::stage::Split;
 use crate::run::talk::Talk;
 
 /// Advice on a map that is too large or has pixels that are no numbers.
@@ -162,6 +161,13 @@ fn window(text: &str) -> Result<WindowKind, String> {
         ("laplacian", _) => Err("expected the part that is left, up to 1, such as laplacian:0.5".to_owned()),
         _ => Err(format!("expected hanning, lanczos, sinc4, gauss or laplacian, found {kind:?}")),
     }
+}
+
+/// The light as suns and an expansion, and its map without the suns.
+pub(crate) struct Split {
+    pub(crate) light: SceneLight,
+    /// None of an expansion.
+    pub(crate) rest: Option<EnvMap>,
 }
 
 /// The light as it was read.

@@ -1,6 +1,6 @@
 //! The stage of `lobe render`, which all pictures share: the scene as the mode needs it, the camera, and the light.
 
-use lobe::env::{EnvMap, SceneLight, Sun};
+use lobe::env::{SceneLight, Sun};
 use lobe::motion::{MovingScene, MovingShading};
 use lobe::render::{BakedScene, Camera, DistantLight, Emitter, EnvironmentMaps, LitPicture, Reflections, RenderError};
 use lobe::scene::{Bvh, Scene};
@@ -16,13 +16,6 @@ pub(crate) enum Stage {
     Baked(Box<BakedScene>),
     /// Its parts move; how they are shaded, unless they are traced.
     Moving(Box<MovingScene>, Option<MovingShading>),
-}
-
-/// The light as suns and an expansion, and its map without the suns.
-pub(crate) struct Split {
-    pub(crate) light: SceneLight,
-    /// None of an expansion.
-    pub(crate) rest: Option<EnvMap>,
 }
 
 /// The inputs that all frames share.

@@ -1,4 +1,4 @@
-//! What is around the vertices of a moving scene: how open they are, and what other surfaces send them.
+//! Surroundings of the vertices of a moving scene: how open they are, and what other surfaces send them.
 
 use lobe_prt::{AlbedoMode, Channels, Transfer};
 use lobe_render::{Openness, RenderError, SceneHit, Surroundings};

@@ -1,4 +1,4 @@
-//! Where the lobe of microfacets points, by the angle of view.
+//! Lobes of microfacets: where they point, by the angle of view.
 
 use lobe_io::parallel;
 use lobe_sh::Dir;

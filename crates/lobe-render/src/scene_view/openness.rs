@@ -1,4 +1,4 @@
-//! How open a point is towards a lobe of directions, by transfer without reflections.
+//! Openness of a point towards a lobe of directions, by transfer without reflections.
 
 use std::borrow::Borrow;
 use std::f64::consts::{FRAC_1_PI, PI};
