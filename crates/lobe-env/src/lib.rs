@@ -111,7 +111,7 @@ pub use files::fisheye::FisheyeOptions;
 pub use files::project_map_file::project_map_file;
 pub use files::read_map::{LoadedMap, read_map, read_map_bytes};
 pub use files::read_options::{FaceAssumption, MapReadOptions, MapReadReport};
-pub use files::write::{CubeWriteOptions, encode_env, write_cube, write_env};
+pub use files::write::{CubeWriteOptions, encode_cube, encode_env, write_cube, write_env};
 pub use lobe_image::{FileFormat, Nonfinite, PictureWriteOptions, TexelFormat};
 pub use map::adjust::{
     BlackenReport, ClampReport, blacken_negative_in_place, clamp_in_place, expose_in_place, scale_in_place,
