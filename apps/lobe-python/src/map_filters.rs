@@ -32,11 +32,7 @@ pub(crate) fn prefilter(
     roughness: &str,
     tolerance: f64,
 ) -> PyResult<Vec<Map>> {
-    let levels = match roughness {
-        "linear" => RoughnessLevels::Linear,
-        "quadratic" => RoughnessLevels::Quadratic,
-        other => return Err(value_error(format!("roughness: expected linear or quadratic, found {other:?}"))),
-    };
+    let levels: RoughnessLevels = roughness.parse().map_err(|error| value_error(format!("roughness: {error}")))?;
     let options = PrefilterOptions::default().size(sizes.0).last_size(sizes.1).roughness(levels).tolerance(tolerance);
     let cube = cube_of(py, map, sizes.0)?;
     let chain = watched(py, None, None, |job| prefilter_ggx(&cube, &options, job))?;
