@@ -9,6 +9,7 @@ mod cli;
 mod compare;
 mod demo;
 mod env;
+mod export;
 mod light;
 mod manual;
 mod project;
