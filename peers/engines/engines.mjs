@@ -100,7 +100,6 @@ const surfaces = [matte, { name: 'mirror', roughness: 0 }, ...ROUGHNESS.map(roug
 function judge(engine, version, values, ofSun) {
   const { most, gains, levels } = ENGINES[engine];
   const title = `${engine} ${version}`;
-  if (process.env.VALUES) for (const [name, all] of Object.entries(values)) console.log(name, JSON.stringify(all.slice(0, 6).map(c => c.map(x => +x.toFixed(4)))));
   for (const [what, expected] of [['numbers', COSINE], ['matte', COSINE], ['mirror', [1, 1]], ['sky', [1, 1]]]) {
     if (!values[what]) continue;
     const { name, error } = bestFrame(values[what], expected, what === 'sky' ? SKY_DIRECTIONS : undefined);
@@ -129,7 +128,6 @@ if (inBrowser.length) {
     const [plain, sun] = [await browser.show(engine, 'plain', surfaces), await browser.show(engine, 'sun', [matte])];
     if (plain.error || sun.error) row(engine, 'runs', false, plain.error ?? sun.error);
     else judge(engine, plain.version, plain.values, sun.values.numbers ?? sun.values.matte);
-    if (process.env.SAID) console.log(plain.said, sun.said);
   }
   await browser.close();
 }
