@@ -10,6 +10,7 @@ mod compare;
 mod demo;
 mod env;
 mod export;
+mod import;
 mod light;
 mod manual;
 mod project;

@@ -58,7 +58,7 @@ fn is_texture(path: &Path) -> bool {
 
 /// A file of a map, or six.
 #[derive(Clone, Debug, PartialEq)]
-enum MapFile {
+pub(crate) enum MapFile {
     Picture(PictureOutput),
     Texture(PathBuf),
     Faces(FaceFiles),
@@ -135,6 +135,11 @@ const OF_CHAIN: u64 = 16;
 const OF_TURNED: u64 = 16;
 
 impl MapOutput {
+    /// A map in the usual form of its file.
+    pub(crate) fn of(output: MapFile, left_handed: bool) -> Self {
+        Self { output, layout: None, left_handed, texels: None, zstd: false, mips: false, half: false }
+    }
+
     /// The most bytes that writing takes for each texel of a map in this mapping.
     pub(crate) fn bytes_of_texel(&self, mapping: Mapping) -> u64 {
         match &self.output {
@@ -320,12 +325,14 @@ impl MapOutput {
         Ok(())
     }
 
+    /// Whether a prefiltered chain is kept with the light of diffuse surfaces: in .ktx, as Filament reads it.
+    pub(crate) fn keeps_light(&self) -> bool {
+        matches!(&self.output, MapFile::Texture(path) if output::has_extension(path, "ktx"))
+    }
+
     /// The roughness of the levels of a prefiltered chain in this kind of file: what reads .ktx is Filament.
     pub(crate) fn usual_roughness(&self) -> RoughnessLevels {
-        match &self.output {
-            MapFile::Texture(path) if output::has_extension(path, "ktx") => RoughnessLevels::Quadratic,
-            _ => RoughnessLevels::default(),
-        }
+        if self.keeps_light() { RoughnessLevels::Quadratic } else { RoughnessLevels::default() }
     }
 
     fn handedness(&self) -> CubeHandedness {

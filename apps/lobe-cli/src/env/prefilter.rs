@@ -23,6 +23,9 @@ pub(crate) const OF_SOURCE: u64 = 40;
 /// eight texels for six while it is made.
 const OF_LEVELS: u64 = 16 + OF_LARGER * 8 / 6;
 
+/// Bands of the light beside a chain: nine colors.
+const LIGHT_ORDER: usize = 3;
+
 #[derive(Args)]
 pub(crate) struct EnvPrefilter {
     #[command(flatten)]
@@ -95,14 +98,17 @@ impl EnvPrefilter {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
         self.output.check(Mapping::Cube, &self.input.files()?)?;
-        let source = self.source(talk)?;
+        let map: MappedMap = self.input.read(talk)?;
+        self.check_memory(&map)?;
+        let light = self.output.keeps_light().then(|| project_map(&map, LIGHT_ORDER));
+        let source = talk.watch("convert", |job| cube_source(map, self.size, job))?;
         match self.lobe {
             Lobe::Ggx => {
                 let options = self.chain_options();
                 let chain = talk.watch("prefilter", |job| prefilter_ggx(&source, &options, job))?;
                 let roughness = |k| options.roughness.roughness_of_level(k, options.levels());
                 let level = |k| format!("roughness {:.4}, alpha {:.4}", roughness(k), options.alpha_of_level(k));
-                self.output.write_levels(&chain, Some(&project_map(&source, 3)), level, talk)
+                self.output.write_levels(&chain, light.as_ref(), level, talk)
             }
             Lobe::Phong(exponent) => self.write_highlights(&source, SpecularLobe::Phong { exponent }, talk),
             Lobe::BlinnPhong(exponent) => self.write_highlights(&source, SpecularLobe::BlinnPhong { exponent }, talk),
@@ -132,13 +138,6 @@ impl EnvPrefilter {
             Some((_, message)) => bail!("{message}"),
             None => Ok(()),
         }
-    }
-
-    /// The surroundings as a cube, as they are if they are one.
-    fn source(&self, talk: Talk) -> anyhow::Result<CubeMap> {
-        let map: MappedMap = self.input.read(talk)?;
-        self.check_memory(&map)?;
-        Ok(talk.watch("convert", |job| cube_source(map, self.size, job))?)
     }
 
     /// Refuses work that takes more memory than allowed.
