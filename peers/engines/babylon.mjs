@@ -16,7 +16,8 @@ export async function show({ program, canvas, surfaces, directions, skyDirection
   const looks = async (scene, setUp, all, seen) => {
     const camera = new B.FreeCamera('camera', B.Vector3.Zero(), scene);
     setUp(camera);
-    const target = new B.RenderTargetTexture('target', 9, scene, { type: B.Constants.TEXTURETYPE_FLOAT, generateMipMaps: false });
+    const floats = { type: B.Constants.TEXTURETYPE_FLOAT, generateMipMaps: false };
+    const target = new B.RenderTargetTexture('target', 9, scene, floats);
     target.renderList = null;
     target.activeCamera = camera;
     scene.customRenderTargets.push(target);
@@ -57,7 +58,8 @@ export async function show({ program, canvas, surfaces, directions, skyDirection
     scene.dispose();
   }
   const scene = await newScene(true);
-  values.sky = await looks(scene, camera => { camera.fov = 0.02; camera.maxZ = 5000; }, skyDirections, (camera, d) => camera.setTarget(d));
+  const narrow = camera => { camera.fov = 0.02; camera.maxZ = 5000; };
+  values.sky = await looks(scene, narrow, skyDirections, (camera, d) => camera.setTarget(d));
   scene.dispose();
   return { version: B.Engine.Version, values };
 }

@@ -3,6 +3,7 @@ import { writeFileSync } from 'node:fs';
 import path from 'node:path';
 
 const ROWS = 96;
+const BOX = { min: [-1, -1, -1], max: [1, 1, 1] };
 
 // Writes matte.glb, mirror.glb and rough-R.glb into a folder.
 export function writeBalls(folder, roughness) {
@@ -39,7 +40,7 @@ function ball(metallicFactor, roughnessFactor) {
     materials: [material],
     accessors: [
       { bufferView: 0, componentType: 5125, count: indices.length, type: 'SCALAR' },
-      { bufferView: 1, componentType: 5126, count: positions.length / 3, type: 'VEC3', min: [-1, -1, -1], max: [1, 1, 1] },
+      { bufferView: 1, componentType: 5126, count: positions.length / 3, type: 'VEC3', ...BOX },
     ],
     bufferViews: [
       { buffer: 0, byteOffset: 0, byteLength: parts[0].length, target: 34963 },

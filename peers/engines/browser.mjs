@@ -3,18 +3,21 @@ import { existsSync, readFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import path from 'node:path';
 
-const TYPES = { '.html': 'text/html', '.js': 'text/javascript', '.mjs': 'text/javascript', '.wasm': 'application/wasm', '.json': 'application/json' };
+const SCRIPT = 'text/javascript';
+const TYPES = { '.html': 'text/html', '.js': SCRIPT, '.mjs': SCRIPT, '.wasm': 'application/wasm' };
 const LIMIT = 300_000;
 
 export const chromiumPath = () =>
-  [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(p => p && existsSync(p));
+  [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome']
+    .find(p => p && existsSync(p));
 
 // A browser whose `show` runs a module of this folder for one export, and returns what it found.
 export async function openBrowser(playwright, { modules, files }) {
   const folders = { modules, files };
   const server = createServer((request, response) => {
     const [, first, ...rest] = decodeURIComponent(new URL(request.url, 'http://localhost').pathname).split('/');
-    const place = folders[first] ? path.join(folders[first], path.normalize(`/${rest.join('/')}`)) : path.join(import.meta.dirname, first);
+    const below = path.normalize(`/${rest.join('/')}`);
+    const place = folders[first] ? path.join(folders[first], below) : path.join(import.meta.dirname, first);
     if (!existsSync(place)) return response.writeHead(404).end();
     response.writeHead(200, { 'content-type': TYPES[path.extname(place)] ?? 'application/octet-stream' });
     response.end(readFileSync(place));
@@ -27,7 +30,8 @@ export async function openBrowser(playwright, { modules, files }) {
   const show = async (engine, folder, surfaces) => {
     const page = await browser.newPage();
     try {
-      const query = new URLSearchParams({ engine, folder: `/files/${folder}/${engine}`, surfaces: JSON.stringify(surfaces) });
+      const place = `/files/${folder}/${engine}`;
+      const query = new URLSearchParams({ engine, folder: place, surfaces: JSON.stringify(surfaces) });
       await page.goto(`http://127.0.0.1:${server.address().port}/page.html?${query}`);
       await page.waitForFunction(() => window.found, null, { timeout: LIMIT });
       return await page.evaluate(() => window.found);

@@ -10,7 +10,8 @@ export async function show({ program, canvas, surfaces, directions, skyDirection
   await script('/modules/gl-matrix/gl-matrix-min.js');
   Object.assign(window, window.glMatrix);
   await script('/modules/filament/filament.js');
-  const file = ({ roughness }) => `/files/${roughness === null ? 'matte' : roughness === 0 ? 'mirror' : `rough-${roughness}`}.glb`;
+  const shine = roughness => (roughness === 0 ? 'mirror' : `rough-${roughness}`);
+  const file = ({ roughness }) => `/files/${roughness === null ? 'matte' : shine(roughness)}.glb`;
   await new Promise(done => Filament.init(surfaces.map(file), done));
   canvas.width = canvas.height = 64;
   const engine = Filament.Engine.create(canvas);

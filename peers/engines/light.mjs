@@ -9,7 +9,8 @@ function coefficients() {
   let state = 20261130;
   const uniform = () => (state = (1103515245 * state + 12345) % 2147483648) / 2147483648;
   const signed = (least, most) => (uniform() < 0.5 ? -1 : 1) * (least + (most - least) * uniform());
-  const rest = Array.from({ length: 8 }, (_, i) => [0, 1, 2].map(() => (i < 3 ? signed(0.15, 0.6) : signed(0.08, 0.38))));
+  const ranges = [...Array(3).fill([0.15, 0.6]), ...Array(5).fill([0.08, 0.38])];
+  const rest = ranges.map(range => [0, 1, 2].map(() => signed(...range)));
   const mean = [1, 0.8, 0.6].map(c => c / basis([0, 0, 1])[0]);
   // No light below 0: the other bands are as strong as that allows.
   for (let scale = 1; ; scale *= 0.95) {
@@ -28,8 +29,10 @@ function sphere(count) {
 
 function basis([x, y, z]) {
   const k = [Math.sqrt(1 / Math.PI) / 2, Math.sqrt(3 / Math.PI) / 2, Math.sqrt(15 / Math.PI) / 2];
-  return [k[0], k[1] * y, k[1] * z, k[1] * x, k[2] * x * y, k[2] * y * z, Math.sqrt(5 / Math.PI) / 4 * (3 * z * z - 1), k[2] * x * z,
-    k[2] / 2 * (x * x - y * y)];
+  const zonal = Math.sqrt(5 / Math.PI) / 4 * (3 * z * z - 1);
+  return [
+    k[0], k[1] * y, k[1] * z, k[1] * x, k[2] * x * y, k[2] * y * z, zonal, k[2] * x * z, k[2] / 2 * (x * x - y * y),
+  ];
 }
 
 // The sum of bands, each multiplied by a gain, at a direction of Lobe's frame.
@@ -110,12 +113,15 @@ const FRAMES = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]
   }));
 export const IDENTITY = '+x +y +z';
 
-const worst = (found, expected) => Math.max(...found.flatMap((color, i) => color.map((c, k) => Math.abs(c - expected[i][k]))));
+const worst = (found, expected) =>
+  Math.max(...found.flatMap((color, i) => color.map((c, k) => Math.abs(c - expected[i][k]))));
 
-// The frame in which an engine shows the light by these gains, and the largest difference there.
+// The frame in which an engine shows the light by these gains, the largest difference there, and that of the next best.
 export function bestFrame(found, gains, directions = DIRECTIONS) {
-  const tried = FRAMES.map(({ name, of }) => ({ name, error: worst(found, directions.map(d => radiance(LIGHT, toLobe(of(d)), gains))) }));
-  return tried.sort((a, b) => a.error - b.error)[0];
+  const shown = of => directions.map(d => radiance(LIGHT, toLobe(of(d)), gains));
+  const tried = FRAMES.map(({ name, of }) => ({ name, error: worst(found, shown(of)) }));
+  const [best, second] = tried.sort((a, b) => a.error - b.error);
+  return { ...best, next: second.error };
 }
 
 // The largest difference with the sun beside the light on a matte surface.
@@ -127,8 +133,8 @@ export function sunError(found) {
 }
 
 // The level of a chain that explains a rough metal best, up to a factor for all, with levels between two that are read
-// together, and what is left unexplained relative to that factor. `roughness` is that of each level, `gains` those of the
-// engine from the gains of the level.
+// together, and what is left unexplained relative to that factor. `roughness` is that of each level, `gains` those of
+// the engine from the gains of the level.
 export function bestLevel(found, roughness, gains) {
   const mean = values => values.flat().reduce((sum, c) => sum + c, 0) / values.length;
   const scale = mean(found) / mean(DIRECTIONS.map(d => radiance(LIGHT, toLobe(d))));

@@ -31,7 +31,8 @@ def picture(program, d, surface):
     sensor = {"type": "orthographic", "to_world": place, "film": film, "sampler": sampler}
     ball = {"type": "sphere", "bsdf": SURFACES[surface]}
     integrator = {"type": "path", "max_depth": 2}
-    scene = mi.load_dict({"type": "scene", "integrator": integrator, "sensor": sensor, "ball": ball, **program.emitters()})
+    shown = {"integrator": integrator, "sensor": sensor, "ball": ball}
+    scene = mi.load_dict({"type": "scene", **shown, **program.emitters()})
     return np.array(mi.render(scene)).mean((0, 1))[:3].tolist()
 
 

@@ -14,8 +14,8 @@ export const suns = {{suns}};
 const here = name => new URL(name, import.meta.url).href;
 const bytes = async name => new Uint8Array(await (await fetch(here(name))).arrayBuffer());
 
-// Makes the indirect light of the scene, adds the brightest sun, as Filament has one directional light, and shows the sky
-// behind the scene. Texels are candelas for each square meter: the exposure of the camera makes white of them.
+// Makes the indirect light of the scene, adds the brightest sun, as Filament has one directional light, and shows the
+// sky behind the scene. Texels are candelas for each square meter: the exposure of the camera makes white of them.
 export async function addSky(Filament, engine, scene, { background = true, intensity = 1 } = {}) {
   const chain = engine.createTextureFromKtx1(await bytes('light.ktx'));
   const light = Filament.IndirectLight.Builder()
@@ -27,8 +27,8 @@ export async function addSky(Filament, engine, scene, { background = true, inten
   const [sun] = [...suns].sort((a, b) => Math.max(...b.irradiance) - Math.max(...a.irradiance));
   if (sun) scene.addEntity(sunLight(Filament, engine, sun, intensity));
   if (background) {
-    const sky = Filament.Skybox.Builder().environment(engine.createTextureFromKtx1(await bytes('sky.ktx'))).build(engine);
-    scene.setSkybox(sky);
+    const sky = engine.createTextureFromKtx1(await bytes('sky.ktx'));
+    scene.setSkybox(Filament.Skybox.Builder().environment(sky).build(engine));
   }
   return light;
 }

@@ -3,8 +3,8 @@
 //   import { addSky } from './sky.mjs';
 //   await addSky(pc, app);
 
-// What a white surface sends back, nine colors in the order of `material.ambientSH`, which is exact where the atlas that
-// the engine makes has eight bits: material.ambientSH = new Float32Array(coefficients).
+// What a white surface sends back, nine colors in the order of `material.ambientSH`. They are exact where the atlas
+// that the engine makes has eight bits: material.ambientSH = new Float32Array(coefficients).
 export const coefficients = [
     {{coefficients}}
 ];
@@ -34,8 +34,8 @@ function load(pc, app, name) {
 }
 
 function addSun(pc, app, { direction, irradiance }) {
-  // A light of intensity 1 makes a white surface that faces it 1. Its color is that of a display; below 1, so would be the
-  // intensity.
+  // A light of intensity 1 makes a white surface that faces it 1. Its color is that of a display; below 1, so would be
+  // the intensity.
   const overPi = irradiance.map(c => c / Math.PI);
   const intensity = Math.max(1, ...overPi);
   const color = new pc.Color(...overPi.map(c => (c / intensity) ** (1 / 2.2)));

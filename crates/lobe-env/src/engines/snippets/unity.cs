@@ -1,9 +1,9 @@
 // The light of a sky for Unity, written by lobe {{version}}. README.md says what the folder holds. By the formulas of
 // Unity's source: this script was not run.
 //
-// Copy the folder into Assets. Import both pictures as cubes (Texture Shape: Cube, Mapping: Latitude-Longitude), light.hdr
-// with Convolution Type: Specular. Make a material of Skybox/Cubemap with sky.hdr; Skybox/Panoramic would turn it by a
-// quarter. Put this component into the scene and give it the cube of light.hdr and the material.
+// Copy the folder into Assets. Import both pictures as cubes (Texture Shape: Cube, Mapping: Latitude-Longitude),
+// light.hdr with Convolution Type: Specular. Make a material of Skybox/Cubemap with sky.hdr; Skybox/Panoramic would
+// turn it by a quarter. Put this component into the scene, and give it the cube of light.hdr and the material.
 using UnityEngine;
 using UnityEngine.Rendering;
 
