@@ -10,7 +10,7 @@ use lobe::env::{Engine, ExportOptions, export_light};
 
 use crate::args::map_input::{MapInput, OF_LARGER};
 use crate::args::output;
-use crate::args::picture::note_clamped;
+use crate::args::picture::note_moved;
 use crate::args::values;
 use crate::env::prefilter::OF_SOURCE;
 use crate::render::light::{SunInput, note_apart};
@@ -63,6 +63,9 @@ impl Export {
         if let Err(error) = self.options().check() {
             bail!("--size: {error}");
         }
+        if self.output.is_file() {
+            bail!("-o: {} is a file; name a folder", self.output.display());
+        }
         let inputs = self.input.files()?;
         for engine in &engines {
             output::prepare_files(&self.output.join(engine.name()), engine.files(), &inputs)?;
@@ -77,7 +80,7 @@ impl Export {
         let report =
             talk.watch("export", |job| export_light(&self.output, &map, &engines, &name, &self.options(), job))?;
         for (path, clamped) in &report.files {
-            note_clamped(&path.display().to_string(), *clamped, talk);
+            note_moved(&path.display().to_string(), *clamped, "", talk);
         }
         if !report.suns.is_empty() && self.suns.choice().looks() {
             note_apart(&report.suns, map.mean().luminance(), &name, talk);

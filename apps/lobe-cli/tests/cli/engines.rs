@@ -74,7 +74,8 @@ fn an_export_that_cannot_be_made_leaves_nothing() {
     assert!(said("export sky.exr --engine three -o out --size 48").starts_with("--size: faces for engines"), "a size");
     assert!(said("export none.exr --engine three -o out").starts_with("none.exr: no such file"), "a missing map");
     assert!(said("export sky.exr --engine three -o out --suns none.json").contains("none.json"), "missing suns");
-    assert!(said("export sky.exr --engine three -o sky.exr").contains("sky.exr"), "a file in the place of the folder");
+    let in_the_way = said("export sky.exr --engine three -o sky.exr");
+    assert_eq!(in_the_way, "-o: sky.exr is a file; name a folder", "a file in the place of the folder");
     dir.file("three", "");
     assert!(said("export three --engine three -o .").contains("three"), "a file in the place of an engine's folder");
     assert_eq!(dir.names(), ["sky.exr", "three"], "nothing was written");
