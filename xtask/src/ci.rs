@@ -128,6 +128,15 @@ const READERS: Step = Step {
     name: "readers",
     work: Work::Where(has_node_and_chromium, "node", "peers/readers/readers.mjs target/release/lobe"),
 };
+/// Engines of the web show what `lobe export` writes for them.
+const ENGINES: Step = Step {
+    name: "engines",
+    work: Work::Where(
+        has_node_and_chromium,
+        "node",
+        "peers/engines/engines.mjs target/release/lobe three babylon playcanvas filament",
+    ),
+};
 /// Cube maps in bevy, which is compiled for it.
 const BEVY: Step = Step {
     name: "bevy",
@@ -221,6 +230,7 @@ pub(crate) fn nightly() -> Outcome {
         RELEASE,
         OUTPUTS,
         READERS,
+        ENGINES,
         BEVY,
         MOTION,
         LIT,

@@ -15,7 +15,7 @@ use crate::run::failure::Failure;
 use crate::run::system::check_stdout;
 use crate::run::talk::Talk;
 use crate::shadow::{field, lamp, spheres};
-use crate::{compare, demo, env, light, manual, project, sh};
+use crate::{compare, demo, env, export, import, light, manual, project, sh};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -54,7 +54,6 @@ struct Everywhere {
 }
 
 #[derive(Subcommand)]
-#[expect(clippy::large_enum_variant, reason = "a process holds one")]
 enum Command {
     /// Write a folder with a page that shows everything on built-in data
     Demo(demo::Demo),
@@ -85,6 +84,10 @@ enum Command {
     /// Work on environment maps, pictures of everything around a point
     #[command(subcommand)]
     Env(EnvCommand),
+    /// Write the light of an environment map as the files that an engine reads
+    Export(export::Export),
+    /// Read the spherical harmonics of an engine as an expansion
+    Import(import::Import),
     /// Write the manual, a page for every command
     Man(manual::ManPages),
     /// Print the script with which a shell completes commands and options
@@ -306,6 +309,8 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Env(EnvCommand::AreaLight(args)) => args.run()?,
         Command::Env(EnvCommand::Ambient(args)) => args.run()?,
         Command::Env(EnvCommand::Dfg(args)) => args.run(talk)?,
+        Command::Export(args) => args.run(talk)?,
+        Command::Import(args) => args.run()?,
         Command::Man(args) => args.run(Cli::command())?,
         Command::Completions(args) => args.run(Cli::command())?,
     }

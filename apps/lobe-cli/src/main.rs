@@ -9,6 +9,8 @@ mod cli;
 mod compare;
 mod demo;
 mod env;
+mod export;
+mod import;
 mod light;
 mod manual;
 mod project;

@@ -80,7 +80,7 @@ mod _lobe {
     #[pymodule_export]
     use crate::lights::{irradiance_of_light, light};
     #[pymodule_export]
-    use crate::map_filters::{filter_lobe, irradiance, irradiance_at, prefilter, sun, vector_irradiance};
+    use crate::map_filters::{export_light, filter_lobe, irradiance, irradiance_at, prefilter, sun, vector_irradiance};
     #[pymodule_export]
     use crate::maps::{Map, bundled, cie_sky, load, mappings, project_lat_long, reconstruct, sky, texels};
     #[pymodule_export]

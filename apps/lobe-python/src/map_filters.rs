@@ -1,11 +1,13 @@
 //! Integrals over environment maps: prefiltered maps, irradiance, and the suns in them.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use lobe::env::{
-    CubeMap, EnvMap, PrefilterOptions, RoughnessLevels, SpecularLobe, SunOptions, SunReport, cube_source, extract_sun,
-    filter_lobe as filter_by_lobe, irradiance_at as irradiance_towards, irradiance_map, irradiance_map_brute_force,
-    prefilter_ggx, vector_irradiance as vector_of,
+    CubeMap, Engine, EnvMap, ExportOptions, PrefilterOptions, RoughnessLevels, SpecularLobe, SunOptions, SunReport,
+    cube_source, export_light as write_light, extract_sun, filter_lobe as filter_by_lobe,
+    irradiance_at as irradiance_towards, irradiance_map, irradiance_map_brute_force, prefilter_ggx,
+    vector_irradiance as vector_of,
 };
 use lobe::sh::{Coefficient as _, Dir};
 use numpy::{PyArrayDyn, PyReadonlyArray2};
@@ -28,19 +30,36 @@ fn cube_of(py: Python<'_>, map: &Map, size: usize) -> PyResult<CubeMap> {
 pub(crate) fn prefilter(
     py: Python<'_>,
     map: &Map,
-    sizes: (usize, usize),
+    sizes: (usize, Option<usize>),
     roughness: &str,
     tolerance: f64,
 ) -> PyResult<Vec<Map>> {
-    let levels = match roughness {
-        "linear" => RoughnessLevels::Linear,
-        "quadratic" => RoughnessLevels::Quadratic,
-        other => return Err(value_error(format!("roughness: expected linear or quadratic, found {other:?}"))),
-    };
-    let options = PrefilterOptions::default().size(sizes.0).last_size(sizes.1).roughness(levels).tolerance(tolerance);
+    let levels: RoughnessLevels = roughness.parse().map_err(|error| value_error(format!("roughness: {error}")))?;
+    let last = sizes.1.unwrap_or(levels.usual_last_size(sizes.0));
+    let options = PrefilterOptions::default().size(sizes.0).last_size(last).roughness(levels).tolerance(tolerance);
     let cube = cube_of(py, map, sizes.0)?;
     let chain = watched(py, None, None, |job| prefilter_ggx(&cube, &options, job))?;
     Ok(chain.levels().iter().map(|level| Map::from((**level).clone())).collect())
+}
+
+/// Writes a map's light for engines; the files.
+#[pyfunction]
+pub(crate) fn export_light(
+    py: Python<'_>,
+    map: &Map,
+    engines: Vec<String>,
+    folder: PathBuf,
+    name: &str,
+    size: usize,
+    suns: &str,
+) -> PyResult<Vec<PathBuf>> {
+    let engines = engines.iter().map(|engine| engine.parse()).collect::<Result<Vec<Engine>, _>>();
+    let engines = engines.map_err(|error| value_error(format!("engine: {error}")))?;
+    let suns = suns.parse().map_err(|error| value_error(format!("suns: {error}")))?;
+    let options = ExportOptions::default().size(size).suns(suns);
+    options.check().map_err(|error| value_error(format!("size: {error}")))?;
+    let report = watched(py, None, None, |job| write_light(&folder, &map.0, &engines, name, &options, job))?;
+    Ok(report.files.into_iter().map(|(path, _)| path).collect())
 }
 
 /// A cube blurred by a lobe: `phong` or `blinn-phong` of an exponent, or `ggx` of an α.

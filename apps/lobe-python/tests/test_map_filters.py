@@ -70,14 +70,32 @@ def test_the_command_finds_the_same_sun_by_the_same_criteria(tmp_path):
     assert SKY.sun(min_peak=1e9) is None
 
 
+def test_levels_of_engines_that_read_all_go_down_to_one_texel():
+    levels = SKY.convert("cube", 8).prefilter(8, roughness="babylon")
+    assert [level.shape[1] for level in levels] == [8, 4, 2, 1]
+
+
+def test_exports_are_those_of_the_command(tmp_path):
+    files = lobe.export(SKY, ["three", "blender"], tmp_path / "a", size=32, suns="none", name="bundled:sunset")
+    lobe_command("export bundled:sunset --engine three,blender --size 32 --suns none -o", tmp_path / "b")
+    assert len(files) == 8
+    for file in files:
+        other = tmp_path / "b" / file.relative_to(tmp_path / "a")
+        assert file.read_bytes() == other.read_bytes(), file
+    assert lobe.export(SKY, "mitsuba", tmp_path / "c", size=16)[0].name == "sky.exr"
+
+
 def test_options_that_would_be_ignored_are_refused():
     for call, message in [
-        (lambda: SKY.prefilter(16, roughness="cubic"), "roughness: expected linear or quadratic"),
+        (lambda: SKY.prefilter(16, roughness="cubic"), "roughness: expected linear, quadratic, babylon"),
         (lambda: SKY.prefilter(16, tolerance=1.0), "tolerance: expected 1e-06 to 0.1"),
         (lambda: SKY.filter_lobe("box", 1.0), "lobe: expected phong, blinn-phong or ggx"),
         (lambda: SKY.filter_lobe("ggx", 1.5), "parameter: expected 0.0 to 1.0"),
         (lambda: SKY.irradiance(3, method="brute-force"), "order: not of the method brute-force"),
         (lambda: SKY.irradiance(method="exact"), "method: expected sh or brute-force"),
+        (lambda: lobe.export(SKY, "quake", "x"), "engine: expected one of three"),
+        (lambda: lobe.export(SKY, "three", "x", size=100), "size: faces for engines have a power of two"),
+        (lambda: lobe.export(SKY, "three", "x", suns="some"), "suns: expected auto"),
         (lambda: SKY.sun(max_radius=2.0), "max_radius: expected 0.0 to"),
     ]:
         with pytest.raises(ValueError, match=message):

@@ -62,6 +62,7 @@
 //! | skies | [`Sky`]: [`PreethamSky`], [`CieSky`]; [`Ground`], [`sky_sh`], [`sky_map`]; [`PreethamFit`], [`damp_zonal_in_place`] |
 //! | prefiltering for glossy reflection | [`cube_source`], [`prefilter_ggx`], [`PrefilterOptions`], [`RoughnessLevels`]; [`filter_lobe`], [`filter_lobe_lat_long`], [`SpecularLobe`], [`filter_zonal`] |
 //! | sun extraction | [`extract_sun`], [`SunOptions`], [`SunReport`], [`Sun`], [`read_suns`] |
+//! | a light for an engine | [`export_light`], [`Engine`], [`ExportOptions`]; its coefficients back [`import_coefficients`]; files of Babylon.js [`encode_babylon_env`] |
 //! | suns and the rest of the light | [`SceneLight`] by a [`SunChoice`] |
 //! | reflectance and its directional albedo | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`dfg_separable`], [`Dfg`], [`DfgTable`] |
 //!
@@ -88,6 +89,7 @@
 //! built on it. All others, projections among them, take about as long as reading the file.
 
 mod area_light;
+mod engines;
 mod error;
 mod files;
 mod map;
@@ -103,7 +105,12 @@ pub use area_light::disc_light::DiscLight;
 pub use area_light::polygon_light::PolygonLight;
 pub use area_light::sphere_light::SphereLight;
 pub use area_light::vector_irradiance::{VectorIrradiance, vector_irradiance};
+pub use engines::engine::{Engine, EngineFacts, Tried};
+pub use engines::export::{ExportOptions, ExportReport, export_light, exported_files};
+pub use engines::exported_file::ExportedFile;
+pub use engines::import::import_coefficients;
 pub use error::{EnvError, MapReadOption};
+pub use files::babylon_env::{BabylonEnv, encode_babylon_env, read_babylon_env_bytes};
 pub use files::bundled;
 pub use files::cropped::Padding;
 pub use files::cube_faces::{FaceFiles, write_cube_faces};
@@ -111,7 +118,7 @@ pub use files::fisheye::FisheyeOptions;
 pub use files::project_map_file::project_map_file;
 pub use files::read_map::{LoadedMap, read_map, read_map_bytes};
 pub use files::read_options::{FaceAssumption, MapReadOptions, MapReadReport};
-pub use files::write::{CubeWriteOptions, encode_env, write_cube, write_env};
+pub use files::write::{CubeWriteOptions, encode_cube, encode_env, write_cube, write_env};
 pub use lobe_image::{FileFormat, Nonfinite, PictureWriteOptions, TexelFormat};
 pub use map::adjust::{
     BlackenReport, ClampReport, blacken_negative_in_place, clamp_in_place, expose_in_place, scale_in_place,
@@ -132,10 +139,13 @@ pub use mapping::lat_long;
 pub use mapping::mapping::Mapping;
 pub use mapping::mirror_ball;
 pub use mapping::octahedral;
-pub use prefilter::options::{PrefilterOptions, RoughnessLevels};
+pub use prefilter::options::PrefilterOptions;
 pub use prefilter::prefilter::{filter_lobe, filter_lobe_lat_long, filter_zonal, prefilter_ggx};
+pub use prefilter::roughness_levels::RoughnessLevels;
 pub use projection::encoding_errors::{EncodingErrors, encoding_errors, irradiance_to_encode};
-pub use projection::irradiance::{irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh};
+pub use projection::irradiance::{
+    irradiance_at, irradiance_cube, irradiance_map, irradiance_map_brute_force, irradiance_sh,
+};
 pub use projection::lat_long_projector::LatLongProjector;
 pub use projection::project::{project_env, project_env_as, project_lat_long};
 pub use projection::project_map::project_map;

@@ -6,8 +6,8 @@
 use std::fmt::Debug;
 
 use lobe::env::{
-    CubeWriteOptions, DiscLight, FisheyeOptions, MapReadOptions, Mapping, PrefilterOptions, Resample, SkyFitOptions,
-    SpecularLobe, SphereLight, SunOptions, VectorIrradiance,
+    CubeWriteOptions, DiscLight, ExportOptions, FisheyeOptions, MapReadOptions, Mapping, PrefilterOptions, Resample,
+    SkyFitOptions, SpecularLobe, SphereLight, SunChoice, SunOptions, VectorIrradiance,
 };
 use lobe::image::{PictureReadOptions, PictureWriteOptions, TexelFormat, Tone};
 use lobe::io::{Progress, Shard};
@@ -34,6 +34,7 @@ fn options_come_back_from_json_as_they_went() {
     keeps(&MapReadOptions::default().mapping(Mapping::Angular));
     keeps(&MapReadOptions::default().fisheye(FisheyeOptions::default().axis(-Dir::Z).circle([9.5, 8.0, 7.0])));
     keeps(&CubeWriteOptions::default().texels(TexelFormat::Rgb9e5));
+    keeps(&ExportOptions::default().size(64).suns(SunChoice::Count(2)));
     keeps(&PrefilterOptions::default().size(64));
     keeps(&SunOptions::default());
     keeps(&SkyFitOptions::default());

@@ -6,10 +6,11 @@ use std::str::FromStr;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{
-    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, FaceFiles, MappedMap, Mapping, Resample, TexelFormat,
-    resample, write_cube, write_cube_faces, write_env,
+    CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, FaceFiles, MappedMap, Mapping, Resample,
+    RoughnessLevels, TexelFormat, resample, write_cube, write_cube_faces, write_env,
 };
 use lobe::image::{FileFormat, ImageError, PictureWriteOptions};
+use lobe::sh::{Rgb, ShVec};
 
 use crate::args::names::names;
 use crate::args::output;
@@ -57,7 +58,7 @@ fn is_texture(path: &Path) -> bool {
 
 /// A file of a map, or six.
 #[derive(Clone, Debug, PartialEq)]
-enum MapFile {
+pub(crate) enum MapFile {
     Picture(PictureOutput),
     Texture(PathBuf),
     Faces(FaceFiles),
@@ -134,6 +135,11 @@ const OF_CHAIN: u64 = 16;
 const OF_TURNED: u64 = 16;
 
 impl MapOutput {
+    /// A map in the usual form of its file.
+    pub(crate) fn of(output: MapFile, left_handed: bool) -> Self {
+        Self { output, layout: None, left_handed, texels: None, zstd: false, mips: false, half: false }
+    }
+
     /// The most bytes that writing takes for each texel of a map in this mapping.
     pub(crate) fn bytes_of_texel(&self, mapping: Mapping) -> u64 {
         match &self.output {
@@ -273,13 +279,15 @@ impl MapOutput {
     }
 
     /// Writes all levels of a chain: into a texture, or each as a lat-long picture of its own, noting what `level` says of it.
+    /// A .ktx keeps the `light` for diffuse surfaces, too.
     pub(crate) fn write_levels(
         &self,
         chain: &CubeMipChain,
+        light: Option<&ShVec<Rgb<f64>>>,
         level: impl Fn(usize) -> String,
         talk: Talk,
     ) -> anyhow::Result<()> {
-        let MapFile::Faces(files) = &self.output else { return self.write_chain(chain, talk) };
+        let MapFile::Faces(files) = &self.output else { return self.write_lit_chain(chain, light, talk) };
         create_folder(files)?;
         let options = PictureWriteOptions::default().half(self.half);
         for (k, path) in files.numbered(chain.levels().len()).iter().enumerate() {
@@ -295,12 +303,17 @@ impl MapOutput {
 
     /// Writes all levels of a chain; only a texture holds them.
     pub(crate) fn write_chain(&self, chain: &CubeMipChain, talk: Talk) -> anyhow::Result<()> {
+        self.write_lit_chain(chain, None, talk)
+    }
+
+    /// Writes a chain, with the light that it was made from where the file has room for that.
+    fn write_lit_chain(&self, chain: &CubeMipChain, light: Option<&ShVec<Rgb<f64>>>, talk: Talk) -> anyhow::Result<()> {
         let MapFile::Texture(path) = &self.output else {
             bail!("-o: a chain of levels is written as .ktx2, .dds or .ktx");
         };
         let name = path.display().to_string();
         let options = CubeWriteOptions::default().texels(self.texels.map(TexelFormat::from)).zstd(self.zstd);
-        let options = options.handedness(self.handedness());
+        let options = options.handedness(self.handedness()).light(light.map(ShVec::to_fixed));
         let report = talk.while_waiting("write", || write_cube(path, chain, &options))?;
         note_clamped(&name, report, talk);
         if self.texels.is_none() && options.texels_for(path, chain) == TexelFormat::Rgba32F {
@@ -310,6 +323,16 @@ impl MapOutput {
             talk.note(&name, &text);
         }
         Ok(())
+    }
+
+    /// Whether a prefiltered chain is kept with the light of diffuse surfaces: in .ktx, as Filament reads it.
+    pub(crate) fn keeps_light(&self) -> bool {
+        matches!(&self.output, MapFile::Texture(path) if output::has_extension(path, "ktx"))
+    }
+
+    /// The roughness of the levels of a prefiltered chain in this kind of file: what reads .ktx is Filament.
+    pub(crate) fn usual_roughness(&self) -> RoughnessLevels {
+        if self.keeps_light() { RoughnessLevels::Quadratic } else { RoughnessLevels::default() }
     }
 
     fn handedness(&self) -> CubeHandedness {

@@ -95,6 +95,19 @@ pub(crate) fn prepare_file<P: AsRef<Path>>(path: &Path, inputs: &[P]) -> anyhow:
     Ok(())
 }
 
+/// [`prepare_file`] of files in a folder, which may be missing: it is made when there is something to put into it.
+pub(crate) fn prepare_files<P: AsRef<Path>>(
+    folder: &Path,
+    names: impl IntoIterator<Item = &'static str>,
+    inputs: &[P],
+) -> anyhow::Result<()> {
+    let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+    match folder.ancestors().take_while(is_missing).last() {
+        Some(outermost) => prepare_file(outermost, inputs),
+        None => names.into_iter().try_for_each(|name| prepare_file(&folder.join(name), inputs)),
+    }
+}
+
 /// Whether a file has this extension, in letters of any case.
 pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))

@@ -111,23 +111,28 @@ pub(crate) fn percent(share: f64) -> String {
     if percent < 0.01 { "less than 0.01 %".to_owned() } else { format!("{percent:.2} %") }
 }
 
-/// Notes the number of texels that a format could not hold as they were.
+/// Notes the number of texels that a format could not hold as they were, and which one does.
 pub(crate) fn note_clamped(name: &str, report: PictureWriteReport, talk: Talk) {
+    let instead = match name.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase()).as_deref() {
+        Some("exr") => "without --half it holds all",
+        Some("ktx2" | "dds") => "--texels rgba32f holds all",
+        Some("ktx") => ".ktx2 with --texels rgba32f holds all",
+        _ => ".exr holds all",
+    };
+    let sun = if report.lost > 0.0 { ", and lobe env sun takes a sun out" } else { "" };
+    note_moved(name, report, &format!("; {instead}{sun}"), talk);
+}
+
+/// Notes the number of texels that a format could not hold as they were, where there is no other.
+pub(crate) fn note_moved(name: &str, report: PictureWriteReport, instead: &str, talk: Talk) {
     if report.clamped > 0 {
         let texels = texels_are(report.clamped);
-        let instead = match name.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase()).as_deref() {
-            Some("exr") => "without --half it holds all",
-            Some("ktx2" | "dds") => "--texels rgba32f holds all",
-            Some("ktx") => ".ktx2 with --texels rgba32f holds all",
-            _ => ".exr holds all",
-        };
         let lost = if report.lost > 0.0 {
             format!(", which loses {} of the light", percent(report.lost))
         } else {
             String::new()
         };
-        let sun = if report.lost > 0.0 { ", and lobe env sun takes a sun out" } else { "" };
-        talk.note(name, &format!("{texels} outside of what this format holds and moved into it{lost}; {instead}{sun}"));
+        talk.note(name, &format!("{texels} outside of what this format holds and moved into it{lost}{instead}"));
     }
 }
 

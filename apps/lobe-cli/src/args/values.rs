@@ -66,6 +66,11 @@ pub(crate) fn color(text: &str) -> Result<Rgb<f64>, String> {
     }
 }
 
+/// A color of light, or one number for all its channels.
+pub(crate) fn gray_or_color(text: &str) -> Result<Rgb<f64>, String> {
+    if text.contains(',') { color(text) } else { color(&[text; 3].join(",")) }
+}
+
 /// A color of a surface: three numbers from 0 to 1.
 pub(crate) fn albedo(text: &str) -> Result<Rgb<f64>, String> {
     let albedo = color(text)?;
@@ -122,6 +127,14 @@ mod tests {
     fn directions_are_normalized_and_zero_is_none() {
         assert_eq!(dir("0,0,-5"), Ok(-Dir::Z), "down");
         assert!(dir("0,0,0").unwrap_err().contains("points nowhere"), "zero");
+    }
+
+    #[test]
+    fn one_number_is_that_of_all_channels() {
+        assert_eq!(gray_or_color("0.25"), Ok(Rgb::new(0.25, 0.25, 0.25)), "one");
+        assert_eq!(gray_or_color("1,2,3"), Ok(Rgb::new(1.0, 2.0, 3.0)), "three");
+        assert!(gray_or_color("-1").unwrap_err().contains("negative"), "below 0");
+        assert!(gray_or_color("1,2").unwrap_err().contains("found 2"), "two");
     }
 
     #[test]

@@ -23,8 +23,8 @@ pub(crate) struct EnvAdjust {
     /// Multiply by 2^STOPS
     #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = values::finite)]
     exposure: Option<f64>,
-    /// Multiply each channel
-    #[arg(long, value_name = "R,G,B", allow_hyphen_values = true, value_parser = values::color)]
+    /// Multiply each channel, or all by one number
+    #[arg(long, value_name = "R,G,B|X", allow_hyphen_values = true, value_parser = values::gray_or_color)]
     scale: Option<Rgb<f64>>,
     /// After that, make negative channels black, and say how much light that adds; beside a bright sun, take the sun out
     /// first (lobe env sun), which then pays for them

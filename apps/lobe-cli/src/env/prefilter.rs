@@ -6,7 +6,7 @@ use anyhow::bail;
 use clap::Args;
 use lobe::env::{
     CubeMap, MappedMap, Mapping, PrefilterOptions, RoughnessLevels, SpecularLobe, cube_source, filter_lobe,
-    prefilter_ggx,
+    prefilter_ggx, project_map,
 };
 use lobe::image::FileFormat;
 
@@ -23,6 +23,9 @@ pub(crate) const OF_SOURCE: u64 = 40;
 /// eight texels for six while it is made.
 const OF_LEVELS: u64 = 16 + OF_LARGER * 8 / 6;
 
+/// Bands of the light beside a chain: nine colors.
+const LIGHT_ORDER: usize = 3;
+
 #[derive(Args)]
 pub(crate) struct EnvPrefilter {
     #[command(flatten)]
@@ -37,10 +40,12 @@ pub(crate) struct EnvPrefilter {
     /// The size of a face, of a chain that of the first level, 1 to 8192
     #[arg(long, value_name = "N", default_value = "256", value_parser = values::rows)]
     size: usize,
-    /// With ggx: the size of the last level [default: 16, or --size if that is smaller]
+    /// With ggx: the size of the last level [default: 16, or --size if that is smaller; 1 with --roughness babylon,
+    /// unity and unreal]
     #[arg(long, value_name = "N", value_parser = values::rows)]
     last_size: Option<usize>,
-    /// With ggx: which level holds which roughness r; alpha = r² [default: linear]
+    /// With ggx: which level holds which roughness r; alpha = r² [default: quadratic in .ktx, which Filament reads; else
+    /// linear]
     #[arg(long, value_enum)]
     roughness: Option<Roughness>,
     /// The error that is allowed, relative to the peak that a single small light makes, 1e-6 to 0.1
@@ -76,10 +81,16 @@ impl FromStr for Lobe {
 names! {
     /// The roughness of each level.
     enum Roughness for RoughnessLevels {
-        /// r = level / last level
+        /// r = level / last level: the glTF sample viewer, bevy
         Linear,
-        /// level = last level · r (2 - r): more levels for smooth surfaces
+        /// level = last level · r (2 - r), more levels for smooth surfaces: Filament, three.js
         Quadratic,
+        /// Babylon.js: alpha = 2^(level / 0.8) / size
+        Babylon,
+        /// Unity: level = 6 r (1.7 - 0.7 r)
+        Unity,
+        /// Unreal Engine: level = last level - 2 + 1.2 log2 r
+        Unreal,
     }
 }
 
@@ -87,14 +98,17 @@ impl EnvPrefilter {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
         self.output.check(Mapping::Cube, &self.input.files()?)?;
-        let source = self.source(talk)?;
+        let map: MappedMap = self.input.read(talk)?;
+        self.check_memory(&map)?;
+        let light = self.output.keeps_light().then(|| project_map(&map, LIGHT_ORDER));
+        let source = talk.watch("convert", |job| cube_source(map, self.size, job))?;
         match self.lobe {
             Lobe::Ggx => {
                 let options = self.chain_options();
                 let chain = talk.watch("prefilter", |job| prefilter_ggx(&source, &options, job))?;
                 let roughness = |k| options.roughness.roughness_of_level(k, options.levels());
                 let level = |k| format!("roughness {:.4}, alpha {:.4}", roughness(k), options.alpha_of_level(k));
-                self.output.write_levels(&chain, level, talk)
+                self.output.write_levels(&chain, light.as_ref(), level, talk)
             }
             Lobe::Phong(exponent) => self.write_highlights(&source, SpecularLobe::Phong { exponent }, talk),
             Lobe::BlinnPhong(exponent) => self.write_highlights(&source, SpecularLobe::BlinnPhong { exponent }, talk),
@@ -126,13 +140,6 @@ impl EnvPrefilter {
         }
     }
 
-    /// The surroundings as a cube, as they are if they are one.
-    fn source(&self, talk: Talk) -> anyhow::Result<CubeMap> {
-        let map: MappedMap = self.input.read(talk)?;
-        self.check_memory(&map)?;
-        Ok(talk.watch("convert", |job| cube_source(map, self.size, job))?)
-    }
-
     /// Refuses work that takes more memory than allowed.
     fn check_memory(&self, map: &MappedMap) -> anyhow::Result<()> {
         let (width, height, size) = (map.width() as u64, map.height() as u64, self.size as u64);
@@ -146,8 +153,8 @@ impl EnvPrefilter {
     fn chain_options(&self) -> PrefilterOptions {
         let mut options = PrefilterOptions::default();
         options.size = self.size;
-        options.last_size = self.last_size.unwrap_or(options.last_size.min(self.size));
-        options.roughness = self.roughness.map_or(options.roughness, RoughnessLevels::from);
+        options.roughness = self.roughness.map_or(self.output.usual_roughness(), RoughnessLevels::from);
+        options.last_size = self.last_size.unwrap_or(options.roughness.usual_last_size(self.size));
         options.tolerance = self.tolerance.unwrap_or(options.tolerance);
         options
     }

@@ -112,17 +112,12 @@ impl SunInput {
         if suns.is_empty() || !self.suns.looks() {
             return;
         }
-        let of_suns: f64 = suns.iter().map(|sun| sun.irradiance.luminance()).sum();
-        // Negative texels may leave less light than the suns have.
-        let percent = 100.0 * (of_suns / (4.0 * PI * split.mean().luminance())).clamp(0.0, 1.0);
-        let (what, it) = match suns.len() {
-            1 => ("a sun".to_owned(), "it"),
-            count => (format!("{count} suns"), "them"),
-        };
-        let stands = if suns.len() == 1 { "stands" } else { "stand" };
-        let text =
-            format!("{what} of {percent:.0} % of the light {stands} apart; --suns none leaves {it} in the expansion");
-        talk.note(name, &text);
+        note_apart(suns, split.mean().luminance(), name, talk);
+    }
+
+    /// The choice itself.
+    pub(crate) fn choice(&self) -> &SunChoice {
+        &self.suns
     }
 
     /// The file of suns, if one is given.
@@ -132,6 +127,21 @@ impl SunInput {
             _ => None,
         }
     }
+}
+
+/// Notes that suns of a map, whose mean luminance is that of all light, stand apart.
+pub(crate) fn note_apart(suns: &[Sun], mean: f64, name: &str, talk: Talk) {
+    let of_suns: f64 = suns.iter().map(|sun| sun.irradiance.luminance()).sum();
+    // Negative texels may leave less light than the suns have.
+    let percent = 100.0 * (of_suns / (4.0 * PI * mean)).clamp(0.0, 1.0);
+    let (what, it) = match suns.len() {
+        1 => ("a sun".to_owned(), "it"),
+        count => (format!("{count} suns"), "them"),
+    };
+    let stands = if suns.len() == 1 { "stands" } else { "stand" };
+    let text =
+        format!("{what} of {percent:.0} % of the light {stands} apart; --suns none leaves {it} in the expansion");
+    talk.note(name, &text);
 }
 
 /// A window whose width may depend on the expansion.

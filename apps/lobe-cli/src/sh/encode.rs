@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::sh::encoding::{
-    IrradianceEncoding, IrradianceMatrix, IrradiancePolynomial, PackedIrradiance, PackedIrradiance5,
+    EngineForm, EngineFrame, IrradianceEncoding, IrradianceMatrix, IrradiancePolynomial, PackedIrradiance,
+    PackedIrradiance5,
 };
 use lobe::sh::expansion::Quantity;
 use lobe::sh::rotation::{AxisPermutation, tangent_frame};
@@ -22,7 +23,7 @@ use crate::run::talk::Talk;
 /// Bands of encodings of order 5.
 const BANDS_OF_5: usize = 5;
 
-const JSON_HELP: &str = r#"Print {"encoding", "floats", "of": "E" or "E/pi", "L" or "L/pi" of r-h, "up", "numbers": [{"name", "values"}]} instead of lines"#;
+const JSON_HELP: &str = r#"Print {"encoding", "floats", "of": "E", "E/pi", "L" or "L/pi", "up", "numbers": [{"name", "values"}]} instead of lines"#;
 
 #[derive(Args)]
 pub(crate) struct ShEncode {
@@ -32,8 +33,9 @@ pub(crate) struct ShEncode {
     /// An encoding of lobe sh encodings; packed: the seven vectors cAr .. cC of Sloan's shader; matrix: the 4x4
     /// matrices of Ramamoorthi and Hanrahan, row after row; r-h: their nine coefficients L00 .. L22 of radiance, without
     /// the Condon-Shortley phase (these three colors, three bands); packed-5: fourteen vectors cAr .. cG of order 5, for
-    /// light of high contrast (colors; P of five bands)
-    #[arg(long = "as", value_name = "NAME|packed|packed-5|matrix|r-h", value_parser = form)]
+    /// light of high contrast (colors; P of five bands). three, babylon, playcanvas, filament, godot, unity, unreal,
+    /// cesium: nine colors as that engine keeps them, in its order and its frame, which lobe import reads back
+    #[arg(long = "as", value_name = "NAME|packed|packed-5|matrix|r-h|ENGINE", value_parser = form)]
     form: Form,
     /// For encodings of one side of a surface: its geometric normal [default: 0,0,1]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
@@ -43,9 +45,9 @@ pub(crate) struct ShEncode {
     #[arg(long)]
     over_pi: bool,
     /// The axis that points up where the numbers are used: y for glTF, OpenGL, Unity; directions, that of --normal
-    /// too, are then (x, z, -y) of Lobe's
-    #[arg(long, value_enum, default_value = "z")]
-    up: Up,
+    /// too, are then (x, z, -y) of Lobe's [default: z; of an engine its own]
+    #[arg(long, value_enum)]
+    up: Option<Up>,
     #[arg(long, help = JSON_HELP)]
     json: bool,
 }
@@ -63,6 +65,7 @@ enum Form {
     Packed5,
     Matrix,
     Polynomial,
+    Engine(EngineForm),
 }
 
 impl Form {
@@ -78,10 +81,10 @@ fn form(text: &str) -> Result<Form, String> {
         "packed-5" => Ok(Form::Packed5),
         "matrix" => Ok(Form::Matrix),
         "r-h" => Ok(Form::Polynomial),
-        _ => text
-            .parse()
-            .map(Form::Encoding)
-            .map_err(|e: ShError| e.to_string().replacen("one of", "packed, packed-5, matrix, r-h or one of", 1)),
+        _ => text.parse().map(Form::Engine).or_else(|_| text.parse().map(Form::Encoding)).map_err(|e: ShError| {
+            let engines = EngineForm::ALL.map(EngineForm::name).join(", ");
+            e.to_string().replacen("one of", &format!("packed, packed-5, matrix, r-h, {engines} or one of"), 1)
+        }),
     }
 }
 
@@ -116,6 +119,9 @@ impl ShEncode {
         if self.normal.is_some() && !self.form.is_one_sided() {
             bail!("--normal: only of encodings of one side of a surface, such as h-4; leave the option out");
         }
+        if let Form::Engine(engine) = self.form {
+            return self.print(&self.of_engine(engine)?);
+        }
         let file = self.input.read()?;
         let order = match &file.coefficients {
             FileCoefficients::Scalar(f) => f.order(),
@@ -133,7 +139,44 @@ impl ShEncode {
             (Quantity::Radiance, FileCoefficients::Rgb(f)) => self.encoded(&irradiance_of(&f)),
             (found, _) => bail!("{}: expected radiance or irradiance, found {found}", self.input),
         };
-        if self.json { output::print_json(&encoded) } else { output::print(&encoded.text()) }
+        self.print(&encoded)
+    }
+
+    fn print(&self, encoded: &Encoded) -> anyhow::Result<()> {
+        if self.json { output::print_json(encoded) } else { output::print(&encoded.text()) }
+    }
+
+    /// The numbers of an engine, which says itself what they are of.
+    fn of_engine(&self, engine: EngineForm) -> anyhow::Result<Encoded> {
+        let ignored = [(self.over_pi, "--over-pi"), (self.up.is_some(), "--up")];
+        if let Some((_, option)) = ignored.into_iter().find(|(is_given, _)| *is_given) {
+            bail!("{option}: the form of {engine} says it by itself; leave the option out");
+        }
+        let file = self.input.read()?;
+        let quantity = file.quantity;
+        let colors = match file.coefficients {
+            FileCoefficients::Scalar(f) => f.map(|c| Rgb::new(c, c, c)),
+            FileCoefficients::Rgb(f) => f,
+        };
+        let radiance = match quantity {
+            Quantity::Radiance => colors,
+            Quantity::Irradiance => radiance_of(&colors),
+            found => bail!("{}: expected radiance or irradiance, found {found}", self.input),
+        };
+        let (colors, places) = (engine.encode(&radiance), engine.places());
+        let numbers = if engine.is_planar() {
+            let flat = engine.flat(&colors);
+            ["r", "g", "b"].into_iter().zip(flat.chunks(9)).map(|(channel, values)| row(channel, values)).collect()
+        } else {
+            places.into_iter().zip(colors).map(|(place, color)| row(place, color.to_array())).collect()
+        };
+        let up = match engine.frame() {
+            EngineFrame::YUp => "y",
+            EngineFrame::YUpLeftHanded => "left-handed, y",
+            EngineFrame::ZUp => "z",
+            EngineFrame::ZUpLeftHanded => "left-handed, z",
+        };
+        Ok(Encoded { encoding: engine.name(), floats: 27, of: engine.quantity(), up, numbers })
     }
 
     fn encoded<T: Coefficient<Scalar = f64>>(&self, irradiance: &ShVec<T>) -> Encoded {
@@ -144,7 +187,7 @@ impl ShEncode {
             (_, true) => ("E/pi", FRAC_1_PI),
         };
         let scaled = irradiance.map(|e| e.scale(factor));
-        let (up, turned) = match self.up {
+        let (up, turned) = match self.up.unwrap_or(Up::Z) {
             Up::Z => ("z", scaled),
             Up::Y => ("y", scaled.permuted(&AxisPermutation::Y_UP_FROM_Z_UP)),
         };
@@ -182,12 +225,19 @@ impl ShEncode {
                 let numbers = encoded.numbers().into_iter().map(|(name, values)| row(name, values)).collect();
                 (encoding.name(), encoding.floats(T::CHANNELS), numbers)
             }
+            Form::Engine(engine) => unreachable!("the numbers of {engine} are made of radiance"),
         }
     }
 }
 
 fn irradiance_of<T: Coefficient>(radiance: &ShVec<T>) -> ShVec<T> {
     radiance.convolved(&Zonal::clamped_cosine(radiance.order()))
+}
+
+/// The three bands of radiance whose irradiance this is: those of the clamped cosine are π, 2π/3 and π/4.
+fn radiance_of(irradiance: &ShVec<Rgb<f64>>) -> ShVec<Rgb<f64>> {
+    let factors = [FRAC_1_PI, 1.5 * FRAC_1_PI, 4.0 * FRAC_1_PI];
+    irradiance.resized(factors.len()).convolved(&Zonal::from_convolution_factors(factors))
 }
 
 impl Encoded {

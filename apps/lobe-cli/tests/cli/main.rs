@@ -13,6 +13,7 @@ mod bake_stopped;
 mod compare;
 mod double_sided;
 mod encodings;
+mod engines;
 mod env;
 mod environment_mode;
 #[cfg(target_os = "linux")]

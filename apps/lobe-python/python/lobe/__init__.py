@@ -20,7 +20,7 @@ from ._bake import AdaptiveReport, BakeOptions, BakeReport, CompressReport, Matr
 from ._camera import Camera, Traced
 from ._compression import CompressedReport, CurvePoint, HalvesReport, LobesReport, compress, compress_f16, error_curve, fit_lobes
 from ._encodings import Encoded, EncodingError
-from ._env import MAPPINGS, EnvMap, LoadNote, Sun, Technique, project, reconstruct
+from ._env import MAPPINGS, EnvMap, LoadNote, Sun, Technique, export, project, reconstruct
 from ._light import light
 from ._lobe import __version__
 from ._moving import MovingOptions, MovingScene
@@ -98,6 +98,7 @@ __all__ = [
     "dfg_table",
     "directional_albedo",
     "error_curve",
+    "export",
     "field",
     "field_shard",
     "fit_lobes",

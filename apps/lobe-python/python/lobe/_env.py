@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -238,12 +239,13 @@ class EnvMap:
     ) -> list[EnvMap]:
         """A chain of cubes for glossy reflection by GGX (split sum), from the mirror to roughness 1.
 
-        The faces of the last are not smaller than `last_size` [default: 16, or `size` if that is smaller]. Level k of 0 to K has the roughness
-        r = √α = k/K; with `roughness="quadratic"` k = K r (2 - r), more levels for smooth surfaces. `tolerance`, 1e-6 to 0.1, is the error
+        The faces of the last are not smaller than `last_size` [default: 16, or `size` if that is smaller; 1 for engines that read all levels]. Level k of 0
+        to K has the roughness r = √α = k/K; with `roughness="quadratic"` k = K r (2 - r), more levels for smooth surfaces; "babylon", "unity" and "unreal"
+        are those of these engines. `tolerance`, 1e-6 to 0.1, is the error
         that is allowed, relative to the peak that a single small light makes.
         """
         size = whole(size, "size", 1, 8192)
-        last = min(16, size) if last_size is None else whole(last_size, "last_size", 1, size)
+        last = None if last_size is None else whole(last_size, "last_size", 1, size)
         limit = real(tolerance, "tolerance", 1e-6, 0.1)
         return [EnvMap._of(level) for level in _lobe.prefilter(self._map, (size, last), roughness, limit)]
 
@@ -377,3 +379,22 @@ def reconstruct(f: Sh, width: int, height: int) -> EnvMap:
     c = np.ascontiguousarray(finite(f.coefficients.astype(np.float64), "coefficients"))
     sides = (whole(side, "size", 1, MAX_SIDE) for side in (width, height))
     return EnvMap._of(_lobe.reconstruct(c, *sides))
+
+
+def export(
+    light: EnvMap,
+    engine: str | Sequence[str],
+    folder: str | os.PathLike[str],
+    *,
+    size: int = 256,
+    suns: str | int | os.PathLike[str] = "auto",
+    name: str = "a map",
+) -> list[Path]:
+    """Writes the light of a map as the files that engines read, a folder for each in `folder`, and returns them: `lobe export --help` names the engines.
+
+    `size` is that of the faces of cubes, a power of two from 16. `suns` become lights of their own: "auto", "none", so many at most, or the path of a .json
+    file. `name` stands for the map in the texts beside the files.
+    """
+    expect(light, EnvMap, "light", "an EnvMap")
+    engines = [engine] if isinstance(engine, str) else list(engine)
+    return _lobe.export_light(light._map, engines, os.fspath(folder), name, whole(size, "size", 16, 8192), os.fspath(suns) if isinstance(suns, os.PathLike) else str(suns))

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, final
 
 import numpy as np
@@ -63,8 +64,11 @@ def reconstruct(c: Doubles, width: int, height: int) -> Map: ...
 def texels(c: Numbers, width: int, height: int) -> Numbers: ...
 def mappings() -> list[tuple[str, str]]: ...
 def prefilter(
-    map: Map, sizes: tuple[int, int], roughness: str, tolerance: float
+    map: Map, sizes: tuple[int, int | None], roughness: str, tolerance: float
 ) -> list[Map]: ...
+def export_light(
+    map: Map, engines: Sequence[str], folder: str, name: str, size: int, suns: str
+) -> list[Path]: ...
 def filter_lobe(
     map: Map, lobe: str, parameter: float, size: int, tolerance: float
 ) -> Map: ...

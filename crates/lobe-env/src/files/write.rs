@@ -4,8 +4,12 @@ use std::path::Path;
 
 use derive_setters::Setters;
 use lobe_image::{
-    ImageError, PictureWriteOptions, PictureWriteReport, TexelFormat, encode_picture, write_cube_texture, write_pixels,
+    ImageError, PictureWriteOptions, PictureWriteReport, TexelFormat, TextureNotes, encode_cube_texture,
+    encode_picture, write_cube_texture, write_pixels,
 };
+use lobe_sh::encoding::EngineForm;
+use lobe_sh::rotation::Axis;
+use lobe_sh::{Rgb, ShL2};
 
 use crate::map::cube_handedness::CubeHandedness;
 use crate::map::cube_mip_chain::CubeMipChain;
@@ -56,7 +60,7 @@ fn with_mapping(options: &PictureWriteOptions, map: &MappedMap) -> PictureWriteO
 }
 
 /// Options of writing a cube map.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Setters)]
+#[derive(Clone, Debug, Default, PartialEq, Setters)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct CubeWriteOptions {
@@ -68,6 +72,9 @@ pub struct CubeWriteOptions {
     pub zstd: bool,
     /// The handedness for which the faces are made; only `.ktx2` has room to say which. Default: right.
     pub handedness: CubeHandedness,
+    /// The light of the map, in Lobe's frame: a `.ktx` keeps it in Filament's form, under the key `sh`, for diffuse
+    /// surfaces. Of the map itself, not of its levels. Default: none.
+    pub light: Option<ShL2<Rgb<f64>>>,
 }
 
 impl CubeWriteOptions {
@@ -97,13 +104,50 @@ pub fn write_cube(
     chain: &CubeMipChain,
     options: &CubeWriteOptions,
 ) -> Result<PictureWriteReport, ImageError> {
-    let texels = options.texels_for(path.as_ref(), chain);
-    let turned = (options.handedness == CubeHandedness::Left).then(|| chain.clone().of_handedness(options.handedness));
+    with_levels(path.as_ref(), chain, options, |levels, texels, notes| {
+        write_cube_texture(&path, levels, texels, options.zstd, notes).map(|report| ((), report))
+    })
+    .map(|((), report)| report)
+}
+
+/// The bytes that [`write_cube`] writes; the extension of the path says the format.
+///
+/// # Errors
+/// Those of [`lobe_image::encode_cube_texture`].
+pub fn encode_cube(
+    path: &Path,
+    chain: &CubeMipChain,
+    options: &CubeWriteOptions,
+) -> Result<(Vec<u8>, PictureWriteReport), ImageError> {
+    with_levels(path, chain, options, |levels, texels, notes| {
+        encode_cube_texture(path, levels, texels, options.zstd, notes)
+    })
+}
+
+/// What `write` makes of the levels of a chain, and the report with the share of the light of all directions.
+fn with_levels<T>(
+    path: &Path,
+    chain: &CubeMipChain,
+    options: &CubeWriteOptions,
+    write: impl FnOnce(
+        &[(usize, &[Rgb<f32>])],
+        TexelFormat,
+        &TextureNotes<'_>,
+    ) -> Result<(T, PictureWriteReport), ImageError>,
+) -> Result<(T, PictureWriteReport), ImageError> {
+    let texels = options.texels_for(path, chain);
+    let is_left = options.handedness == CubeHandedness::Left;
+    let turned = is_left.then(|| chain.clone().of_handedness(options.handedness));
     let levels = turned.as_ref().unwrap_or(chain).levels();
     let levels: Vec<_> = levels.iter().map(|level| (level.size(), level.texels())).collect();
-    let mut report = write_cube_texture(path, &levels, texels, options.zstd, options.handedness.mapping_name())?;
+    let sh = options.light.as_ref().map(|light| {
+        let light = if is_left { light.mirrored(Axis::X) } else { *light };
+        EngineForm::Filament.encode(&light).map(Rgb::to_array)
+    });
+    let notes = TextureNotes { mapping: options.handedness.mapping_name(), sh };
+    let (written, mut report) = write(&levels, texels, &notes)?;
     if report.lost > 0.0 {
         report.lost = chain.base().share_beyond(texels.largest());
     }
-    Ok(report)
+    Ok((written, report))
 }

@@ -5,56 +5,13 @@ use lobe_image::{mip_level_count, mip_level_size};
 
 use crate::error::EnvError;
 use crate::map::cube_map::CubeMap;
+use crate::prefilter::roughness_levels::{LAST_SIZE, RoughnessLevels};
 
 /// The least tolerance: below, errors of single precision dominate.
 const LEAST_TOLERANCE: f64 = 1e-6;
 
 /// The largest tolerance.
 const LARGEST_TOLERANCE: f64 = 0.1;
-
-/// The roughness of each level of a prefiltered chain; `last` is the number of the last level.
-///
-/// Roughness here is perceptual, `ρ = √α` in `[0, 1]`; level 0 is the mirror, the last level is `ρ = 1`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub enum RoughnessLevels {
-    /// `ρ = level/last`.
-    #[default]
-    Linear,
-    /// `level = last ρ (2 - ρ)`: more levels for smooth surfaces, whose reflections change most.
-    Quadratic,
-}
-
-impl RoughnessLevels {
-    /// The roughness of `level` of `levels`; 0 if there is only one.
-    ///
-    /// # Panics
-    /// If there is no such level.
-    #[must_use]
-    pub fn roughness_of_level(self, level: usize, levels: usize) -> f64 {
-        assert!(level < levels, "no level {level} in a chain of {levels}");
-        if level == 0 {
-            return 0.0;
-        }
-        let t = level as f64 / (levels - 1) as f64;
-        match self {
-            Self::Linear => t,
-            Self::Quadratic => 1.0 - (1.0 - t).sqrt(),
-        }
-    }
-
-    /// The level, or fraction between levels, of a roughness, which is clamped to `[0, 1]`.
-    #[must_use]
-    pub fn level_for_roughness(self, roughness: f64, levels: usize) -> f64 {
-        let r = roughness.clamp(0.0, 1.0);
-        let t = match self {
-            Self::Linear => r,
-            Self::Quadratic => r * (2.0 - r),
-        };
-        t * levels.saturating_sub(1) as f64
-    }
-}
 
 /// Options of prefiltering.
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
@@ -84,7 +41,7 @@ pub struct PrefilterOptions {
 
 impl Default for PrefilterOptions {
     fn default() -> Self {
-        Self { size: 256, last_size: 16, roughness: RoughnessLevels::default(), tolerance: 0.02 }
+        Self { size: 256, last_size: LAST_SIZE, roughness: RoughnessLevels::default(), tolerance: 0.02 }
     }
 }
 
@@ -114,6 +71,13 @@ impl PrefilterOptions {
             )));
         }
         CubeMap::check_size(self.size)?;
+        let (levels, least) = (self.levels(), self.roughness.least_levels(mip_level_count(self.size)));
+        if levels < least {
+            let (roughness, size, last) = (self.roughness, self.size, self.last_size);
+            return Err(EnvError::Options(format!(
+                "the roughness of {roughness} takes {least} levels, but there are {levels} from {size} to {last}"
+            )));
+        }
         check_tolerance(self.tolerance)
     }
 }

@@ -10,6 +10,7 @@ use pulp::NullaryFnOnce;
 use web_time::Instant;
 
 use crate::error::EnvError;
+use crate::map::cube_map::CubeMap;
 use crate::map::env_map::EnvMap;
 use crate::map::finite::{all_finite, expect_finite};
 use crate::map::mapped_map::MappedMap;
@@ -101,6 +102,18 @@ pub fn irradiance_map_brute_force(
     report(total)?;
     expect_finite(out.texels(), IRRADIANCE, || all_finite(map.texels()))?;
     Ok(out)
+}
+
+/// The irradiance towards the texel centers of a cube of faces of `size`, by the expansion of `order` bands.
+///
+/// # Errors
+/// [`EnvError::Options`] if there can be no cube of this size.
+pub fn irradiance_cube(map: &MappedMap, order: usize, size: usize) -> Result<CubeMap, EnvError> {
+    CubeMap::check_size(size)?;
+    let irradiance = irradiance_sh(map, order);
+    let cube = CubeMap::from_fn(size, |n| Rgb::narrow(irradiance.eval(n)));
+    expect_finite(cube.texels(), IRRADIANCE, || all_finite(map.texels()))?;
+    Ok(cube)
 }
 
 /// The expansion of the irradiance: the radiance convolved with the clamped cosine. `1/π` is not included.

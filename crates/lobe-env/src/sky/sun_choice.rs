@@ -13,6 +13,8 @@ const LEAST_PART: f64 = 0.005;
 
 /// Which suns of a light stand apart from its expansion.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "String", into = "String"))]
 #[non_exhaustive]
 pub enum SunChoice {
     /// The suns and lamps that [`extract_suns`](crate::extract_suns) finds in a map: up to four, from the brightest
@@ -77,6 +79,20 @@ impl fmt::Display for SunChoice {
             Self::Count(count) => write!(f, "{count}"),
             Self::File(path) => path.display().fmt(f),
         }
+    }
+}
+
+impl TryFrom<String> for SunChoice {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<SunChoice> for String {
+    fn from(choice: SunChoice) -> Self {
+        choice.to_string()
     }
 }
 

@@ -6,6 +6,7 @@
 mod area_lights;
 mod common;
 mod cube_layouts;
+mod engines;
 mod files;
 mod irradiance;
 mod known_defects;

@@ -86,9 +86,13 @@ impl Environment {
     /// `roughness` says.
     ///
     /// # Errors
-    /// [`GpuError::Options`] if there are more than 16 levels.
+    /// [`GpuError::Options`] if there are more than 16 levels, or they are spaced otherwise than linear or quadratic.
     pub fn of_levels(levels: &CubeMipChain, roughness: RoughnessLevels) -> Result<Self, GpuError> {
         let maps = levels.levels();
+        if !matches!(roughness, RoughnessLevels::Linear | RoughnessLevels::Quadratic) {
+            let text = format!("the shader reads levels of linear or quadratic roughness, not of {roughness}");
+            return Err(GpuError::Options(text));
+        }
         if maps.len() > MOST_LEVELS {
             return Err(GpuError::Options(format!("expected at most {MOST_LEVELS} levels, found {}", maps.len())));
         }

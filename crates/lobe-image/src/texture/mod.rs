@@ -3,6 +3,7 @@
 //! [`cube_texture`] is what they hold, [`texture`] reads and writes it by the reader or writer of the format, whose
 //! readers give a [`stored_texture`]; texels are stored in a [`texel_format`], or as channels side by side
 //! ([`stored_format`]), small floating-point numbers ([`rgb9e5`], [`packed_float`]) and blocks ([`bc6h`]) among them.
+//! Babylon.js has faces as pictures of their own ([`rgbd`]).
 //!
 //! Read `texture` first, then `texel_format`. Uses `codec`, `header` and `picture`.
 
@@ -15,6 +16,7 @@ pub(crate) mod packed_float;
 pub(crate) mod read_ktx1;
 pub(crate) mod read_ktx2;
 pub(crate) mod rgb9e5;
+pub(crate) mod rgbd;
 pub(crate) mod stored_format;
 pub(crate) mod stored_texture;
 pub(crate) mod texel_format;

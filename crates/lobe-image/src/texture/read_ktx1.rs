@@ -44,13 +44,16 @@ const UNSIGNED_BYTE: u32 = 0x1401;
 const FLOAT: u32 = 0x1406;
 const HALF_FLOAT: [u32; 2] = [0x140b, 0x8d61];
 
+/// The key of nine colors, a line for each, under which Filament's tool and readers have the light of diffuse surfaces.
+pub(crate) const SH_KEY: &str = "sh";
+
 /// Rows begin at multiples of as many bytes.
 const ALIGNMENT: u64 = 4;
 
-/// Bytes of the identifier and the numbers.
 /// The first twelve bytes.
 pub(crate) const KTX: [u8; 12] = *b"\xabKTX 11\xbb\r\n\x1a\n";
 
+/// Bytes of the identifier and the numbers.
 const HEADER: usize = KTX.len() + 13 * 4;
 
 /// Where the levels lie.
@@ -64,21 +67,75 @@ pub(crate) struct Places {
     type_size: usize,
 }
 
+/// The numbers of the header.
+struct Numbers {
+    numbers: [u32; 13],
+    /// Whether they are big-endian.
+    is_swapped: bool,
+}
+
+impl Numbers {
+    fn of(bytes: &[u8], name: &str) -> Result<Self, ImageError> {
+        if !bytes.starts_with(&KTX) {
+            return Err(invalid(name, "damaged KTX file: its first twelve bytes are wrong".into()));
+        }
+        let words = bytes.get(KTX.len()..HEADER).ok_or_else(|| short(name))?.as_chunks::<4>().0;
+        let is_swapped = match u32::from_le_bytes(words[0]) {
+            ENDIANNESS => false,
+            other if other.swap_bytes() == ENDIANNESS => true,
+            other => return Err(invalid(name, format!("damaged KTX file: {other:#x} tells no byte order"))),
+        };
+        let mut numbers = [0; 13];
+        numbers.iter_mut().zip(words).for_each(|(to, word)| *to = number(word, is_swapped));
+        Ok(Self { numbers, is_swapped })
+    }
+}
+
+fn short(name: &str) -> ImageError {
+    invalid(name, "the file ends early: the header is not all there".into())
+}
+
+fn number(word: &[u8; 4], is_swapped: bool) -> u32 {
+    if is_swapped { u32::from_be_bytes(*word) } else { u32::from_le_bytes(*word) }
+}
+
+/// The entries behind the header, each a key, a zero and its value; `length` is that of all of them.
+fn entries<'a>(bytes: &'a [u8], length: u32, is_swapped: bool, name: &str) -> Result<Vec<&'a [u8]>, ImageError> {
+    let data = HEADER.saturating_add(length as usize);
+    let mut left = bytes.get(HEADER..data).ok_or_else(|| short(name))?;
+    let mut entries = Vec::new();
+    while let Some((length, rest)) = left.split_first_chunk::<4>() {
+        let length = number(length, is_swapped) as usize;
+        let entry =
+            rest.get(..length).ok_or_else(|| invalid(name, "damaged KTX file: a key reaches too far".into()))?;
+        entries.push(entry);
+        // Spaces are padded to four bytes.
+        left = rest.get(length.next_multiple_of(4)..).unwrap_or_default();
+    }
+    Ok(entries)
+}
+
+/// The nine colors of the key `sh`.
+pub(crate) fn sh(bytes: &[u8], name: &str) -> Result<Option<[[f64; 3]; 9]>, ImageError> {
+    let Numbers { numbers, is_swapped } = Numbers::of(bytes, name)?;
+    let key = format!("{SH_KEY}\0");
+    let all = entries(bytes, numbers[12], is_swapped, name)?;
+    let Some(value) = all.iter().find_map(|entry| entry.strip_prefix(key.as_bytes())) else { return Ok(None) };
+    let text = String::from_utf8_lossy(value);
+    let found: Option<Vec<f64>> = text
+        .trim_end_matches('\0')
+        .split_whitespace()
+        .map(|word| word.parse().ok().filter(|x: &f64| x.is_finite()))
+        .collect();
+    match found.as_deref().map(<[f64]>::as_chunks::<3>) {
+        Some((colors, [])) if let Ok(sh) = <[[f64; 3]; 9]>::try_from(colors) => Ok(Some(sh)),
+        _ => Err(invalid(name, format!("the key {SH_KEY} holds nine colors, but this one something else"))),
+    }
+}
+
 /// What the headers of a KTX file say, and where its levels lie; `name` stands for the file in messages.
 pub(crate) fn header(bytes: &[u8], name: &str, max_texels: usize) -> Result<(StoredTexture, Places), ImageError> {
-    let short = || invalid(name, "the file ends early: the header is not all there".into());
-    if !bytes.starts_with(&KTX) {
-        return Err(invalid(name, "damaged KTX file: its first twelve bytes are wrong".into()));
-    }
-    let words = bytes.get(KTX.len()..HEADER).ok_or_else(short)?.as_chunks::<4>().0;
-    let is_swapped = match u32::from_le_bytes(words[0]) {
-        ENDIANNESS => false,
-        other if other.swap_bytes() == ENDIANNESS => true,
-        other => return Err(invalid(name, format!("damaged KTX file: {other:#x} tells no byte order"))),
-    };
-    let number = |word: &[u8; 4]| if is_swapped { u32::from_be_bytes(*word) } else { u32::from_le_bytes(*word) };
-    let mut numbers = [0; 13];
-    numbers.iter_mut().zip(words).for_each(|(to, word)| *to = number(word));
+    let Numbers { numbers, is_swapped } = Numbers::of(bytes, name)?;
     let [_, gl_type, type_size, gl_format, internal, _, width, height, depth, elements, faces, levels, keys] = numbers;
     let format = format_of(gl_type, gl_format, internal).ok_or_else(|| {
         let message = format!(
@@ -112,13 +169,7 @@ pub(crate) fn header(bytes: &[u8], name: &str, max_texels: usize) -> Result<(Sto
         texture.notes.push(OF_BYTES.into());
     }
     let data = HEADER.saturating_add(keys as usize);
-    let mut entries = bytes.get(HEADER..data).ok_or_else(short)?;
-    while let Some((length, rest)) = entries.split_first_chunk::<4>() {
-        let length = number(length) as usize;
-        let entry =
-            rest.get(..length).ok_or_else(|| invalid(name, "damaged KTX file: a key reaches too far".into()))?;
-        // Spaces are padded to four bytes.
-        entries = rest.get(length.next_multiple_of(4)..).unwrap_or_default();
+    for entry in entries(bytes, keys, is_swapped, name)? {
         if let Some(value) = entry.strip_prefix(b"KTXorientation\0") {
             texture.is_from_bottom = is_from_bottom(value, texture.is_cube(), name)?;
         }

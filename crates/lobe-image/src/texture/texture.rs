@@ -168,12 +168,21 @@ impl Texture {
     }
 }
 
+/// What a texture file keeps beside its texels, each where the format has room for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TextureNotes<'a> {
+    /// Of `.ktx2`: the name of a mapping of directions, so that a reader finds it again ([`PictureReadReport::mapping`]).
+    pub mapping: Option<&'a str>,
+    /// Of `.ktx`: nine colors under the key `sh`, the light of diffuse surfaces as Filament reads it; [`ktx_sh`] reads
+    /// them.
+    pub sh: Option<[[f64; 3]; 9]>,
+}
+
 /// Writes a cube texture as `.ktx2`, `.dds` or `.ktx` (version 1, R11G11B10F only, for Filament and `PlayCanvas`),
 /// depending on the extension: size and texels of each level, as in [`CubeTexture`].
 ///
 /// No partial file ever has the final name. Channels outside the range of the texel format are clamped to it, and
-/// counted over all levels. `zstd` compresses `.ktx2` without loss, and `mapping` is the name of a mapping of directions that it keeps, so
-/// that a reader finds it again ([`PictureReadReport::mapping`]); the others have no room for it.
+/// counted over all levels. `zstd` compresses `.ktx2` without loss.
 ///
 /// # Errors
 /// [`ImageError::Options`] for another extension, Zstandard outside of `.ktx2`, or a format that is not written;
@@ -183,9 +192,38 @@ pub fn write_cube_texture(
     levels: &[(usize, &[impl IntoPixel])],
     format: TexelFormat,
     zstd: bool,
-    mapping: Option<&str>,
+    notes: &TextureNotes<'_>,
 ) -> Result<PictureWriteReport, ImageError> {
     let path = path.as_ref();
+    let (pieces, report) = pieces_of(path, levels, format, zstd, notes)?;
+    let io = |source| ImageError::Io { place: path.display().to_string(), source };
+    write_atomically(path, |file| pieces.iter().try_for_each(|piece| file.write_all(piece))).map_err(io)?;
+    Ok(report)
+}
+
+/// The bytes that [`write_cube_texture`] writes; the extension of the path says the format.
+///
+/// # Errors
+/// As [`write_cube_texture`], except [`ImageError::Io`].
+pub fn encode_cube_texture(
+    path: &Path,
+    levels: &[(usize, &[impl IntoPixel])],
+    format: TexelFormat,
+    zstd: bool,
+    notes: &TextureNotes<'_>,
+) -> Result<(Vec<u8>, PictureWriteReport), ImageError> {
+    let (pieces, report) = pieces_of(path, levels, format, zstd, notes)?;
+    Ok((pieces.concat(), report))
+}
+
+/// The pieces of a file in order.
+fn pieces_of(
+    path: &Path,
+    levels: &[(usize, &[impl IntoPixel])],
+    format: TexelFormat,
+    zstd: bool,
+    notes: &TextureNotes<'_>,
+) -> Result<(Vec<Vec<u8>>, PictureWriteReport), ImageError> {
     let wrong = |message: String| ImageError::Options(format!("{}: {message}", path.display()));
     let container = FileFormat::of_name(path).filter(|container| container.is_texture());
     let Some(container) = container else {
@@ -210,12 +248,19 @@ pub fn write_cube_texture(
     }
     let io = |source| ImageError::Io { place: path.display().to_string(), source };
     let pieces = match container {
-        FileFormat::Ktx2 => write_ktx2::pieces(*size, format, encoded, zstd, mapping).map_err(io)?,
-        FileFormat::Ktx => write_ktx1::pieces(*size, encoded),
+        FileFormat::Ktx2 => write_ktx2::pieces(*size, format, encoded, zstd, notes.mapping).map_err(io)?,
+        FileFormat::Ktx => write_ktx1::pieces(*size, encoded, notes.sh.as_ref()),
         _ => dds::pieces(*size, format, encoded),
     };
-    write_atomically(path, |file| pieces.iter().try_for_each(|piece| file.write_all(piece))).map_err(io)?;
-    Ok(report)
+    Ok((pieces, report))
+}
+
+/// The nine colors under the key `sh` of a KTX file; none if it has no such key. `name` stands for the file in messages.
+///
+/// # Errors
+/// [`ImageError::Invalid`] if this is no KTX file, it is cut off, or the key holds anything but nine colors.
+pub fn ktx_sh(bytes: &[u8], name: &str) -> Result<Option<[[f64; 3]; 9]>, ImageError> {
+    read_ktx1::sh(bytes, name)
 }
 
 /// The six faces of a level, encoded in parallel, and the number of its texels that were clamped.

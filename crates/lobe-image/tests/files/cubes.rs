@@ -5,7 +5,8 @@ use std::path::Path;
 
 use lobe_image::{
     CubeTexture, FileFormat, ImageError, PictureReadOptions, PictureReadReport, PictureWriteReport, TexelFormat,
-    mip_level_count, mip_level_size, read_cube_texture_bytes, read_picture_bytes, write_cube_texture,
+    TextureNotes, encode_cube_texture, ktx_sh, mip_level_count, mip_level_size, read_cube_texture_bytes,
+    read_picture_bytes, write_cube_texture,
 };
 
 /// Six colors that no rotation or exchange of faces maps onto each other.
@@ -42,7 +43,7 @@ pub(crate) fn levels(sizes: &[usize]) -> Levels {
 /// Writes levels as a file.
 fn write(path: &Path, levels: &Levels, texels: TexelFormat, zstd: bool) -> Result<PictureWriteReport, ImageError> {
     let levels: Vec<_> = levels.iter().map(|(size, texels)| (*size, texels.as_slice())).collect();
-    write_cube_texture(path, &levels, texels, zstd, None)
+    write_cube_texture(path, &levels, texels, zstd, &TextureNotes::default())
 }
 
 pub(crate) fn encoded(name: &str, levels: &Levels, texels: TexelFormat, zstd: bool) -> Vec<u8> {
@@ -295,4 +296,26 @@ fn other_primaries_of_a_ktx2_are_noted_or_converted() {
             assert!((found - expected).abs() < ROUNDED * LARGEST, "{found} against {expected}");
         }
     }
+}
+
+#[test]
+fn a_ktx_keeps_the_light_of_diffuse_surfaces_as_text_and_its_texels_as_they_were() {
+    let texels = colored_faces(4);
+    let sh: [[f64; 3]; 9] = std::array::from_fn(|i| [0.1 * i as f64, -1.0 / (1.0 + i as f64), 1e-7]);
+    let write = |name: &str, sh| {
+        let notes = TextureNotes { mapping: None, sh };
+        let format = if name.ends_with(".ktx") { TexelFormat::R11G11B10F } else { TexelFormat::Rgba16F };
+        encode_cube_texture(Path::new(name), &[(4, texels.as_slice())], format, false, &notes).unwrap().0
+    };
+    let (with, without) = (write("a.ktx", Some(sh)), write("a.ktx", None));
+    assert_eq!(ktx_sh(&with, "test").unwrap(), Some(sh), "every digit");
+    assert_eq!(ktx_sh(&without, "test").unwrap(), None, "no key");
+    let read = |bytes: &[u8]| read_cube_texture_bytes(bytes, "test", &PictureReadOptions::default()).unwrap().0;
+    assert_eq!(read(&with), read(&without), "the texels behind the key");
+    // The layout by hand: the bytes of all entries, those of the first one, the key, a zero.
+    let word = |at: usize| u32::from_le_bytes(with[at..at + 4].try_into().unwrap()) as usize;
+    assert_eq!((word(60), &with[68..71]), ((4 + word(64)).next_multiple_of(4), &b"sh\0"[..]), "the first entry");
+    let damaged = [&with[..71], b"x", &with[72..]].concat();
+    let error = ktx_sh(&damaged, "test").unwrap_err().to_string();
+    assert!(error.contains("nine colors"), "{error}");
 }

@@ -3,8 +3,8 @@
 use half::f16;
 use lobe_image::{
     CubeTexture, FileFormat, ImageError, Picture, PictureReadOptions, PictureReadReport, PictureWriteOptions,
-    TexelFormat, encode_picture, is_cube_texture_bytes, read_cube_texture_bytes, read_texture_picture_bytes,
-    srgb_decode, write_cube_texture,
+    TexelFormat, TextureNotes, encode_picture, is_cube_texture_bytes, read_cube_texture_bytes,
+    read_texture_picture_bytes, srgb_decode, write_cube_texture,
 };
 
 use crate::cubes::{all_levels, colored_faces, encoded, levels};
@@ -315,7 +315,13 @@ fn the_share_of_the_light_that_a_format_loses_is_told() {
         (TexelFormat::Bc6h, 65504.0),
     ] {
         let expected = f64::max(1e6 - largest, 0.0) / all;
-        let report = write_cube_texture(folder.path().join("a.dds"), &[(4, texels.as_slice())], format, false, None);
+        let report = write_cube_texture(
+            folder.path().join("a.dds"),
+            &[(4, texels.as_slice())],
+            format,
+            false,
+            &TextureNotes::default(),
+        );
         let lost = report.unwrap().lost;
         assert!((lost - expected).abs() < 1e-9, "{format}: {lost} for {expected}");
     }

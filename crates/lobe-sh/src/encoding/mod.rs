@@ -4,11 +4,14 @@
 //! is made from the expansion of the irradiance `E` (radiance convolved with the clamped cosine, not divided by π) and
 //! gives `E` back for a normal; bands that the expansion lacks count as zero. `packed_irradiance`, of
 //! many normals by `packed_lanes`, `irradiance_matrix` and `irradiance_polynomial` are order 3 rearranged, `packed_irradiance_5` is
-//! order 5; all others are approximations. The functions below read bands 0 to 2 for them, or up to 4. Uses `batch`, `expansion`,
+//! order 5; all others are approximations. `engine_form` has the nine colors of radiance as engines keep them, in the
+//! frame of `engine_frame`. The functions below read bands 0 to 2 for them, or up to 4. Uses `batch`, `expansion`,
 //! `projection`, `rotation`, `simd`, `solver` and `sphere`.
 
 pub(crate) mod ahd;
 pub(crate) mod ambient_cube;
+pub(crate) mod engine_form;
+pub(crate) mod engine_frame;
 pub(crate) mod h_basis;
 pub(crate) mod hemisphere;
 pub(crate) mod hl2;
@@ -24,6 +27,8 @@ pub(crate) mod zh3;
 
 pub use ahd::Ahd;
 pub use ambient_cube::AmbientCube;
+pub use engine_form::EngineForm;
+pub use engine_frame::EngineFrame;
 pub use h_basis::{HBasis, HBasis4, HBasis6};
 pub use hemisphere::hemisphere_least_squares;
 pub use hl2::{Hl2, Hl2Weights};
