@@ -43,6 +43,9 @@ const EDGE_RAYS: usize = 4;
 /// Bounces without --bounces, as in the bake.
 const BOUNCES: usize = 3;
 
+/// Why glossy transfer has no model of reflection.
+const OF_GLOSSY: &str = "--surfaces: glossy transfer has the lobe of --lobe; leave the option out";
+
 /// What all pictures are made of, and the files of the bakes that it took.
 type Staged = (Stage, Camera, Option<Split>, Vec<JobFiles>);
 
@@ -197,7 +200,7 @@ impl Render {
             found.baked = self.surfaces.applied_to_baked(found.baked)?;
             self.note_materials(found.baked.scene(), talk);
             if found.baked.is_glossy() && has_finish {
-                bail!("--surfaces: glossy transfer has the lobe of --lobe; leave the option out");
+                bail!("{OF_GLOSSY}");
             }
             let (camera, view) = (self.view.camera(found.baked.scene())?, self.view_options());
             // Transfer matrices hold direct and reflected light as one.
@@ -428,6 +431,9 @@ impl Render {
         }
         if let Some(default) = self.mode.surfaces() {
             self.surfaces.check(default)?;
+        }
+        if self.reflects_light() && (self.transfer.lobe.is_some() || self.transfer.mode == Some(BakeMode::Glossy)) {
+            bail!("{OF_GLOSSY}");
         }
         if self.mode == Mode::Maps {
             self.light.expect_map()?;

@@ -354,7 +354,10 @@ fn what_cannot_be_rendered_is_said_in_one_line() {
         ("trace built-in:ball --env even.exr -o a.jpg", "-o: expected a name that ends in .png or .exr"),
         ("trace built-in:ball --env even.exr -o no/a.png", "no"),
         ("built-in:ball --env even.exr --mode shadowed --bounces 2 -o a.png", "--bounces: only of --mode"),
-        ("built-in:ball --env even.exr --lobe ggx:0.3 --surfaces gltf -o a.png", "glossy transfer has the lobe of --lobe"),
+        (
+            "built-in:ball --env even.exr --lobe ggx:0.3 --surfaces gltf -o a.png",
+            "glossy transfer has the lobe of --lobe",
+        ),
         ("built-in:ball --env even.exr --roughness 0.5 -o a.png", "--roughness: matte surfaces have none"),
         ("built-in:ball --env even.exr --mode shadowed --lobe ggx:0.1 -o a.png", "--lobe: only of --mode glossy"),
         ("trcae built-in:ball --env even.exr -o a.png", "unrecognized subcommand 'trcae'"),
