@@ -205,7 +205,9 @@ impl Render {
             let (camera, view) = (self.view.camera(found.baked.scene())?, self.view_options());
             // Transfer matrices hold direct and reflected light as one.
             let none = SunInput::none();
-            let suns = if found.baked.is_glossy() { &none } else { &self.suns };
+            // Without shadows suns are in the matte part, and reflected with the map that holds them.
+            let is_unshadowed = has_finish && found.baked.options().mode == BakeMode::Unshadowed;
+            let suns = if found.baked.is_glossy() || is_unshadowed { &none } else { &self.suns };
             if found.baked.is_glossy() && !self.suns.are_none() && light.has_sun() {
                 let text = "the sun stays in the expansion of glossy surfaces, whose matrices have no direct part";
                 talk.note(&self.light.path().display().to_string(), text);
@@ -227,8 +229,8 @@ impl Render {
         let is_matte = self.model() == Surfaces::Matte && self.mode.surfaces().is_some();
         let is_lobe = self.transfer.lobe.is_some() || self.transfer.mode == Some(BakeMode::Glossy);
         if is_matte && self.surfaces.is_left_open() && !is_lobe && (scene.has_metals() || scene.is_emissive()) {
-            let text =
-                "has materials that are metals or emit light, shown as matte; --surfaces gltf shows what they are";
+            let text = "has materials that shine or emit light, shown as matte by their base color, which may be black; --surfaces \
+                        gltf shows them";
             talk.note(&self.scene.name(), text);
         }
     }

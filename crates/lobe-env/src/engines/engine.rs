@@ -71,6 +71,8 @@ pub struct EngineFacts {
     pub form: Option<EngineForm>,
     /// Whether it traces paths, so that suns can stay in the map.
     pub traces_paths: bool,
+    /// Directional lights that the program may make; none if there is no limit. Other suns stay in the pictures.
+    pub most_suns: Option<usize>,
     /// What a light of it is in.
     pub units: &'static str,
 }
@@ -88,6 +90,7 @@ const USUAL: EngineFacts = EngineFacts {
     chain: None,
     form: None,
     traces_paths: false,
+    most_suns: None,
     units: PLAIN,
 };
 
@@ -158,6 +161,7 @@ impl Engine {
                 ..USUAL
             },
             Self::Filament => EngineFacts {
+                most_suns: Some(1),
                 title: "Filament",
                 tried: Tried::Run("1.53.4"),
                 faces: CubeHandedness::Right,
@@ -220,6 +224,7 @@ impl Engine {
                 title: "glTF sample viewer",
                 faces: CubeHandedness::Right,
                 chain: Some((RoughnessLevels::Linear, LAST_SIZE)),
+                most_suns: Some(0),
                 ..USUAL
             },
         }

@@ -184,7 +184,8 @@ pub fn exported_files(
 ) -> Result<Vec<ExportedFile>, EnvError> {
     options.check()?;
     let mut parts = LightParts::new(map, &options.suns, options.size, options.tolerance)?;
-    files_of(engine, &mut parts, name, job)
+    let mut fewer = parts.limited(engine, map, options)?;
+    files_of(engine, fewer.as_mut().unwrap_or(&mut parts), name, job)
 }
 
 /// Writes a map's light for engines, a folder for each in `folder`: the chain, cubes and pictures with the faces, the
@@ -222,7 +223,8 @@ pub fn export_light(
     let mut staged = Vec::new();
     for engine in engines {
         let folder = folder.as_ref().join(engine.name());
-        let files = files_of(*engine, &mut parts, name, job.reborrow())?;
+        let mut fewer = parts.limited(*engine, map, options)?;
+        let files = files_of(*engine, fewer.as_mut().unwrap_or(&mut parts), name, job.reborrow())?;
         std::fs::create_dir_all(&folder).map_err(|source| IoError::io(&folder, source))?;
         for file in files {
             let path = folder.join(&file.name);

@@ -59,16 +59,22 @@ fn invalid(name: &str, message: String) -> EnvError {
     ImageError::Invalid { place: name.to_owned(), message }.into()
 }
 
-/// The numbers of a text, line by line. A line that names its numbers, as ours do, has words in front of them.
+/// The numbers of a text, line by line; those of C# may end in f. A line that names its numbers, as ours do, has words
+/// in front of them.
 fn of_text(text: &str) -> Vec<f64> {
     let mut numbers = Vec::new();
     for line in text.lines() {
         let line = line.split("//").next().unwrap_or_default().split('#').next().unwrap_or_default();
         let is_heading = line.contains(" floats, of ");
         let words = line.split(|c: char| c.is_whitespace() || ",;()[]{}".contains(c)).filter(|word| !word.is_empty());
-        numbers.extend(words.filter(|_| !is_heading).filter_map(|word| word.parse::<f64>().ok()));
+        numbers.extend(words.filter(|_| !is_heading).filter_map(number));
     }
     numbers
+}
+
+/// A word that is a finite number.
+fn number(word: &str) -> Option<f64> {
+    word.trim_end_matches(['f', 'F']).parse().ok().filter(|number: &f64| number.is_finite())
 }
 
 /// The first list of 27 numbers, or of lists or objects with them, from the outside in.

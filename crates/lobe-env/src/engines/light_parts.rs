@@ -5,6 +5,8 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 use lobe_io::Job;
 use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation, ShL2};
 
+use crate::engines::engine::Engine;
+use crate::engines::export::ExportOptions;
 use crate::error::EnvError;
 use crate::map::adjust::scale_in_place;
 use crate::map::cube_average::averaged_to;
@@ -66,6 +68,25 @@ impl<'a> LightParts<'a> {
             size,
             tolerance,
         })
+    }
+
+    /// The same with no more suns apart than an engine has lights for; none if these are no more.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if there are more suns in a file than the engine has lights for.
+    pub(crate) fn limited<'b>(
+        &self,
+        engine: Engine,
+        map: &'b MappedMap,
+        options: &ExportOptions,
+    ) -> Result<Option<LightParts<'b>>, EnvError> {
+        let Some(most) = engine.facts().most_suns.filter(|most| *most < self.suns.len()) else { return Ok(None) };
+        if !self.are_of_map {
+            let text = format!("suns: {engine} has lights for {most}, found {}; give it fewer", self.suns.len());
+            return Err(EnvError::Options(text));
+        }
+        let suns = if most == 0 { SunChoice::None } else { SunChoice::Count(most) };
+        LightParts::new(map, &suns, options.size, options.tolerance).map(Some)
     }
 
     /// The suns that are lights of their own for an engine.

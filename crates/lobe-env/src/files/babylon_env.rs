@@ -110,9 +110,10 @@ pub fn encode_babylon_env(
         let text = format!("a .env has faces of 2^n texels with all levels, not of {size} with {found} levels");
         return Err(EnvError::Options(text));
     }
+    let turned: Vec<_> = chain.levels().iter().map(|level| level.faces(CubeHandedness::Left)).collect();
     let encode = |i: usize| {
         let level = &chain.levels()[i / FACES];
-        let face = &level.faces(CubeHandedness::Left)[i % FACES];
+        let face = &turned[i / FACES][i % FACES];
         let rows: Vec<Rgb<f32>> = face.chunks(level.size()).rev().flatten().copied().collect();
         encode_rgbd(level.size(), &rows)
     };
@@ -152,6 +153,14 @@ pub fn read_babylon_env_bytes(bytes: &[u8], name: &str) -> Result<BabylonEnv, En
     let count = specular.mipmaps.len() / FACES;
     if !(1..=LARGEST).contains(&width) || count == 0 || count > mip_level_count(width) {
         return Err(invalid(name, &format!("{} pictures for faces of {width} texels", specular.mipmaps.len())));
+    }
+    // A small file cannot ask for the same picture again and again.
+    let in_order = specular
+        .mipmaps
+        .windows(2)
+        .all(|two| two[0].position.checked_add(two[0].length).is_some_and(|end| end <= two[1].position));
+    if !in_order {
+        return Err(invalid(name, "expected pictures one after the other, found some that overlap"));
     }
     let read = |i: usize| {
         let Place { length, position } = specular.mipmaps[i];

@@ -36,7 +36,8 @@ pub fn light_moving_scene(
 }
 
 /// [`light_moving_scene`] by any model of reflection, such as [`GltfSurfaces`](lobe_render::GltfSurfaces). What hides
-/// reflections of fronts is known in three bands; backs reflect as if nothing did.
+/// reflections of fronts is known in three bands, and shines by what a part sends to itself; backs, and black surfaces
+/// whose transfer holds the albedo, reflect as if nothing hid the sky.
 ///
 /// # Errors
 /// As [`light_moving_scene`].

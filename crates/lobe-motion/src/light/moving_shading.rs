@@ -55,9 +55,9 @@ pub(crate) struct Shaded {
     pub(crate) is_white: bool,
 }
 
-/// Light that vertices may send back.
+/// The part of the light that vertices send back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Light {
+pub(crate) enum LightPart {
     /// That of the sky and of lamps.
     Whole,
     /// That of the sky.
@@ -147,21 +147,21 @@ impl MovingShading {
         light: &SceneLight,
         ask: Ask<'_>,
     ) -> Result<Vec<Shaded>, RenderError> {
-        self.fronts_of(Light::Whole, moment, light, ask)
+        self.fronts_of(LightPart::Whole, moment, light, ask)
     }
 
     /// What all vertices send back of some of the light.
     pub(crate) fn fronts_of(
         &self,
-        which: Light,
+        which: LightPart,
         moment: &Moment<'_>,
         light: &SceneLight,
         ask: Ask<'_>,
     ) -> Result<Vec<Shaded>, RenderError> {
         self.of_all_parts(which, moment, light, |part, placed, lit| {
             let (transfer, direct) = match which {
-                Light::SkyOnce => (part.direct.as_deref().or(part.transfer.as_deref()), None),
-                Light::Whole | Light::Sky => (part.transfer.as_deref(), part.direct.as_deref()),
+                LightPart::SkyOnce => (part.direct.as_deref().or(part.transfer.as_deref()), None),
+                LightPart::Whole | LightPart::Sky => (part.transfer.as_deref(), part.direct.as_deref()),
             };
             let mut all = Shaded { radiance: Vec::new(), is_white: part.transfer.is_none() || part.is_demodulated };
             let count = placed.surface.positions.len();
@@ -191,7 +191,7 @@ impl MovingShading {
         ask: Ask<'_>,
     ) -> Result<Vec<Shaded>, RenderError> {
         let mut first = 0;
-        self.of_all_parts(Light::Whole, moment, light, |part, placed, lit| {
+        self.of_all_parts(LightPart::Whole, moment, light, |part, placed, lit| {
             ask()?;
             let count = placed.surface.positions.len();
             let range = seen.partition_point(|v| *v < first)..seen.partition_point(|v| *v < first + count);
@@ -229,7 +229,7 @@ impl MovingShading {
     /// Shades every part, given what others leave of the light.
     fn of_all_parts(
         &self,
-        which: Light,
+        which: LightPart,
         moment: &Moment<'_>,
         light: &SceneLight,
         mut shade: impl FnMut(&MovingPart, &PlacedPart, &PartLight<'_>) -> Result<Shaded, RenderError>,
@@ -238,12 +238,12 @@ impl MovingShading {
         moment.lamps.iter().try_for_each(|lamp| lamp.expect_order(self.options.order))?;
         let (whole, light) = (light.whole(), &self.by_rays(moment, light));
         let mut options = self.options.clone();
-        options.bounce &= which != Light::SkyOnce;
+        options.bounce &= which != LightPart::SkyOnce;
         let shade_one = |(index, (part, placed)): (usize, (&MovingPart, &PlacedPart))| {
             let hiding = Hiding::of(moment, index, &options, &whole);
             let lamps = match which {
-                Light::Whole => LampLight::of(moment, index, &options, &self.table)?,
-                Light::Sky | Light::SkyOnce => None,
+                LightPart::Whole => LampLight::of(moment, index, &options, &self.table)?,
+                LightPart::Sky | LightPart::SkyOnce => None,
             };
             let lit = PartLight::new(&options, &self.table, hiding, lamps, &placed.surface.frame, light)?;
             shade(part, placed, &lit).map_err(|error| error.of_part(&part.name))

@@ -4,15 +4,17 @@ use lobe_prt::{AlbedoMode, Channels, Transfer};
 use lobe_render::{Openness, RenderError, SceneHit, Surroundings};
 use lobe_sh::{Coefficient as _, Dir, Rgb, ShVec};
 
-use crate::light::moving_shading::{Ask, Light, MovingShading, Shaded};
+use crate::light::moving_shading::{Ask, LightPart, MovingShading, Shaded};
 use crate::scene::moment::Moment;
 
-/// Bands in which the openness of vertices is known: each of their coefficients takes a shading of the scene.
+/// Bands in which the openness of vertices is known at most: each of their coefficients takes a shading of the scene.
 const BANDS: usize = 3;
 
 /// The surroundings of the fronts of all vertices.
 pub(crate) struct MovingSurroundings {
     openness: Openness,
+    /// Whether each vertex reflects any light in its transfer, without which nothing is known.
+    is_known: Vec<bool>,
     /// What a white vertex sends back of the light that other surfaces of its part send.
     others: Vec<Rgb<f32>>,
 }
@@ -30,28 +32,36 @@ impl MovingSurroundings {
         light: &ShVec<Rgb<f64>>,
         ask: Ask<'_>,
     ) -> Result<Self, RenderError> {
-        let mut rows = vec![0.0; moment.scene().vertex_count() * BANDS * BANDS];
-        for i in 0..BANDS * BANDS {
+        let bands = BANDS.min(shading.order());
+        let count = bands * bands;
+        let mut rows = vec![0.0; moment.scene().vertex_count() * count];
+        let mut is_known = vec![true; moment.scene().vertex_count()];
+        for i in 0..count {
             let mut one = ShVec::zero(shading.order());
             one[i] = Rgb::splat(1.0);
-            let shaded = white(moment, shading.fronts_of(Light::SkyOnce, moment, &one.into(), ask)?);
-            for (row, (value, albedo)) in rows.chunks_exact_mut(BANDS * BANDS).zip(shaded) {
-                row[i] = best(value, albedo);
+            let shaded = white(moment, shading.fronts_of(LightPart::SkyOnce, moment, &one.into(), ask)?);
+            for ((row, is_known), (value, albedo)) in rows.chunks_exact_mut(count).zip(&mut is_known).zip(shaded) {
+                let found = best(value, albedo);
+                row[i] = found.unwrap_or(0.0);
+                *is_known = found.is_some();
             }
         }
-        let openness = Openness::new(Transfer::new(BANDS, Channels::Gray, rows)?, AlbedoMode::None);
+        let openness = Openness::new(Transfer::new(bands, Channels::Gray, rows)?, AlbedoMode::None);
         let light = light.clone().into();
-        let whole = white(moment, shading.fronts_of(Light::Sky, moment, &light, ask)?);
-        let direct = white(moment, shading.fronts_of(Light::SkyOnce, moment, &light, ask)?);
+        let whole = white(moment, shading.fronts_of(LightPart::Sky, moment, &light, ask)?);
+        let direct = white(moment, shading.fronts_of(LightPart::SkyOnce, moment, &light, ask)?);
         let others = whole.zip(direct).map(|((all, albedo), (direct, _))| {
             let part = |all: f32, direct: f32, albedo: f32| if albedo > 0.0 { (all - direct) / albedo } else { 0.0 };
             Rgb::new(part(all.r, direct.r, albedo.r), part(all.g, direct.g, albedo.g), part(all.b, direct.b, albedo.b))
         });
-        Ok(Self { openness, others: others.collect() })
+        Ok(Self { openness, is_known, others: others.collect() })
     }
 
     /// What the lobe of this roughness about an axis meets around a hit.
     pub(crate) fn at(&self, hit: &SceneHit<'_>, axis: Dir, roughness: f64) -> Surroundings {
+        if hit.corners().iter().any(|(corner, _)| !self.is_known[*corner]) {
+            return Surroundings::OPEN;
+        }
         self.openness.surroundings(hit, (axis, roughness), hit.corners().into_iter(), hit.at_corners(&self.others))
     }
 }
@@ -64,9 +74,9 @@ fn white(moment: &Moment<'_>, parts: Vec<Shaded>) -> impl Iterator<Item = (Rgb<f
     })
 }
 
-/// The value of the channel with the largest albedo, for a white surface; as of an open one if all are black.
-fn best(value: Rgb<f32>, albedo: Rgb<f32>) -> f32 {
+/// The value of the channel with the largest albedo, for a white surface; none if all are black.
+fn best(value: Rgb<f32>, albedo: Rgb<f32>) -> Option<f32> {
     let channels = value.to_array().into_iter().zip(albedo.to_array());
     let (value, albedo) = channels.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
-    if albedo > 0.0 { value / albedo } else { 0.0 }
+    (albedo > 0.0).then(|| value / albedo)
 }

@@ -32,8 +32,14 @@ pub fn fingerprint_scene(all: &mut Fingerprint, scene: &Scene) {
         }
         all.word(mesh.material().map_or(u64::MAX, |m| m as u64));
     }
-    scene.materials().iter().for_each(|material| fingerprint_material(all, material));
-    for texture in scene.textures() {
+    // Textures of a finish change nothing of transfer: others count as if those were not there.
+    let mut is_used = vec![false; scene.textures().len()];
+    let uses = |material: &Material| [material.base_color_texture, material.normal_map.map(|map| map.used)];
+    scene.materials().iter().flat_map(uses).flatten().for_each(|used| is_used[used.texture] = true);
+    let numbers: Vec<u64> =
+        is_used.iter().scan(0, |before, used| Some(std::mem::replace(before, *before + u64::from(*used)))).collect();
+    scene.materials().iter().for_each(|material| fingerprint_material(all, material, &numbers));
+    for (texture, _) in scene.textures().iter().zip(&is_used).filter(|(_, used)| **used) {
         all.words([texture.width() as u64, texture.wrap()[0] as u64, texture.wrap()[1] as u64].into_iter());
         all.bytes(texture.texels().as_flattened());
     }
@@ -48,12 +54,15 @@ pub fn fingerprint_arithmetic(all: &mut Fingerprint) {
 }
 
 /// Writes what a material says besides a color into a fingerprint; without textures and emission, two numbers.
-pub fn fingerprint_finish(all: &mut Fingerprint, material: &Material) {
+pub fn fingerprint_finish(all: &mut Fingerprint, scene: &Scene, material: &Material) {
     all.floats(&[material.metallic, material.roughness]);
     let mut used = |name: &[u8; 8], used: Option<TextureUse>| {
         if let Some(used) = used {
             all.word(u64::from_le_bytes(*name));
-            fingerprint_use(all, used);
+            fingerprint_use(all, used, 0);
+            let texture = &scene.textures()[used.texture];
+            all.words([texture.width() as u64, texture.wrap()[0] as u64, texture.wrap()[1] as u64].into_iter());
+            all.bytes(texture.texels().as_flattened());
         }
     };
     used(b"metallic", material.metallic_texture);
@@ -64,19 +73,20 @@ pub fn fingerprint_finish(all: &mut Fingerprint, material: &Material) {
     }
 }
 
-fn fingerprint_use(all: &mut Fingerprint, used: TextureUse) {
-    all.words([used.texture as u64, used.uv_set as u64].into_iter());
+/// The use of a texture, which has this number among those that count.
+fn fingerprint_use(all: &mut Fingerprint, used: TextureUse, number: u64) {
+    all.words([number, used.uv_set as u64].into_iter());
     all.floats(used.uv_map.as_flattened());
 }
 
-fn fingerprint_material(all: &mut Fingerprint, material: &Material) {
+fn fingerprint_material(all: &mut Fingerprint, material: &Material, numbers: &[u64]) {
     all.floats(&material.base_color);
     if let Some(used) = material.base_color_texture {
-        fingerprint_use(all, used);
+        fingerprint_use(all, used, numbers[used.texture]);
     }
     if let Some(map) = material.normal_map {
         all.word(u64::from_le_bytes(*b"normals "));
-        fingerprint_use(all, map.used);
+        fingerprint_use(all, map.used, numbers[map.used.texture]);
         all.floats(&[map.scale]);
     }
     match material.alpha {

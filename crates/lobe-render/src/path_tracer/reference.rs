@@ -204,7 +204,7 @@ fn fingerprint(
     let TruthOptions { width, height, count, paths } = *options;
     let mut all = Fingerprint::of_kind(KIND);
     fingerprint_scene(&mut all, scene);
-    scene.materials().iter().for_each(|material| fingerprint_finish(&mut all, material));
+    scene.materials().iter().for_each(|material| fingerprint_finish(&mut all, scene, material));
     // Three rays determine a camera.
     for (right, up) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {
         let (origin, towards) = camera.ray(right, up);

@@ -28,7 +28,8 @@ const LEAST_HIDDEN: f64 = 0.02;
 /// ```
 ///
 /// `k_l` blurs by the lobe of GGX of this α about the axis `a`, so that `O` is the mean of the visibility under the lobe, weighted by the
-/// cosine at the surface.
+/// cosine at the surface: specular occlusion. Nothing is known of a black surface whose transfer holds the albedo,
+/// which is taken for open.
 pub struct Openness<T = Transfer> {
     transfer: T,
     albedo: AlbedoMode,

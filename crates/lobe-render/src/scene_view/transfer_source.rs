@@ -90,7 +90,8 @@ impl TransferSource {
             let message = format!("transfer has an order of 1 to {}, found {order}", Transfer::MAX_ORDER);
             return Err(OptionError::new("order", message).into());
         }
-        let asked = Asked { source: self, mode: self.mode_of(open.source(), memory), order, memory };
+        let has_finish = open.source().finish;
+        let asked = Asked { source: self, mode: self.mode_of(open.source(), memory), order, has_finish, memory };
         let name = open.source().name();
         let found = asked.read_or_bake(open, &mut work)?;
         let SceneTransfer { baked, .. } = &found;
@@ -176,6 +177,9 @@ struct Asked<'a> {
     source: &'a TransferSource,
     mode: BakeMode,
     order: Option<usize>,
+    /// Whether surfaces reflect more than a matte part: what hides that is known of black ones, too, where transfer
+    /// leaves the albedo out.
+    has_finish: bool,
     memory: MemoryLimit,
 }
 
@@ -241,7 +245,8 @@ impl Asked<'_> {
         let (bake, lobe) = (&self.source.bake, self.lobe());
         let options = bake.light(self.order.unwrap_or(BakeOptions::default().order)).mode(self.mode);
         // Matrices never have the albedo.
-        let options = if lobe.is_none() { options.albedo(AlbedoMode::of_scene(&scene)) } else { options };
+        let albedo = if self.has_finish { AlbedoMode::None } else { AlbedoMode::of_scene(&scene) };
+        let options = if lobe.is_none() { options.albedo(albedo) } else { options };
         check_memory(self.memory, &scene, scene.vertex_count(), &options, lobe.is_some())?;
         let splitting = bake.splitting(scene.vertex_count(), options.clone())?;
         // Matrices take too much memory for vertices that nobody asked for.

@@ -12,18 +12,17 @@ export const coefficients = [
 // Suns: the direction towards each, the irradiance of a surface that faces it, the diameter of its disc in degrees.
 export const suns = {{suns}};
 
-const here = name => new URL(name, import.meta.url).href;
-
 // Makes `scene.environmentTexture` the prefiltered environment, adds a light for each sun, and shows the sky behind the
 // scene in a box of this many units.
 export async function addSky(BABYLON, scene, { background = true, size = 1000 } = {}) {
-  const environment = new BABYLON.CubeTexture(here('light.env'), scene);
+  const environment = new BABYLON.CubeTexture(new URL('./light.env', import.meta.url).href, scene);
   scene.environmentTexture = environment;
   for (const sun of suns) addSun(BABYLON, scene, sun);
   if (background) {
     // Faces of this many texels, as linear light, neither filtered nor with harmonics of their own.
-    const sky = new BABYLON.HDRCubeTexture(here('sky.hdr'), scene, 512, false, false, false, false);
-    scene.createDefaultSkybox(sky, true, size);
+    const sky = new BABYLON.HDRCubeTexture(new URL('./sky.hdr', import.meta.url).href, scene, 512, false, false, false, false);
+    // The last word leaves the environment as it is.
+    scene.createDefaultSkybox(sky, true, size, 0, false);
   }
   await new Promise((done, failed) => BABYLON.Texture.WhenAllReady([environment], done, failed));
 }

@@ -14,14 +14,13 @@ export const coefficients = [
 // Suns: the direction towards each, the irradiance of a surface that faces it, the diameter of its disc in degrees.
 export const suns = {{suns}};
 
-const here = name => new URL(name, import.meta.url).href;
-
 // Makes `scene.environment` the prefiltered chain, adds a light for each sun, and shows the sky behind the scene.
 export async function addSky(scene, { background = true } = {}) {
-  scene.environment = await loadChain(here('specular.ktx2'));
+  if (Number(THREE.REVISION) < 187) throw new Error('sky.mjs needs three.js 0.187 or later, which reads prefiltered cubes');
+  scene.environment = await loadChain(new URL('./specular.ktx2', import.meta.url).href);
   for (const sun of suns) scene.add(sunLight(sun));
   if (background) {
-    scene.background = await new HDRLoader().loadAsync(here('sky.hdr'));
+    scene.background = await new HDRLoader().loadAsync(new URL('./sky.hdr', import.meta.url).href);
     scene.background.mapping = THREE.EquirectangularReflectionMapping;
   }
 }

@@ -42,6 +42,12 @@ public class LobeSky : MonoBehaviour
         foreach (var sun in Suns) AddSun(sun);
     }
 
+    void OnDisable()
+    {
+        foreach (var light in GetComponentsInChildren<Light>())
+            if (light.name == "sun") DestroyImmediate(light.gameObject);
+    }
+
     void AddSun(float[] sun)
     {
         var holder = new GameObject("sun") { hideFlags = HideFlags.DontSave };
