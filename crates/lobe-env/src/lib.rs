@@ -63,7 +63,7 @@
 //! | prefiltering for glossy reflection | [`cube_source`], [`prefilter_ggx`], [`PrefilterOptions`], [`RoughnessLevels`]; [`filter_lobe`], [`filter_lobe_lat_long`], [`SpecularLobe`], [`filter_zonal`] |
 //! | sun extraction | [`extract_sun`], [`SunOptions`], [`SunReport`], [`Sun`], [`read_suns`] |
 //! | suns and the rest of the light | [`SceneLight`] by a [`SunChoice`] |
-//! | reflectance and its directional albedo | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`dfg_separable`], [`Dfg`], [`DfgTable`] |
+//! | reflectance and its directional albedo | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`dfg_separable`], [`Dfg`], [`DfgTable`]; [`LobeTable`] |
 //!
 //! # A map is constant over each texel
 //!
@@ -142,6 +142,7 @@ pub use projection::project_map::project_map;
 pub use projection::reconstruct::{reconstruct, reconstruct_into};
 pub use reflection::brdf::{Brdf, Ggx, Lambert, Phong};
 pub use reflection::dfg::{Dfg, DfgTable, dfg, dfg_separable};
+pub use reflection::lobe_table::{LobeNode, LobeTable};
 pub use reflection::specular_lobe::SpecularLobe;
 pub use resample::cube_source::cube_source;
 pub use resample::resample::{Resample, resample, rotate_map};
