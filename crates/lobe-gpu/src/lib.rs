@@ -37,7 +37,7 @@
 //! | a device | [`Context`], [`ContextOptions`] | |
 //! | passes and what they take | [`Renderer`], [`PassTime`] | |
 //! | environment maps in every mapping | [`Environment`] | `environment` |
-//! | split-sum reflection | [`SplitSum`] | `specular` |
+//! | split-sum reflection | [`SplitSum`] | `specular`, `lobe_table` |
 //! | spheres that hide the sky | [`GpuSphereShadows`] | `accumulate`, `sky_light` |
 //! | a part of a moving scene under spheres, fields and what stands still | [`GpuMovingPart`], [`FieldResponse`], [`StillGrid`] | `shadow_fields`, `product`, `still_visibility` and those above |
 //! | suns that cast shadows by themselves | [`SunsApart`], [`SceneView::with_suns`] | `sun_shadow`, `sun_light`, `sunlit_*` |

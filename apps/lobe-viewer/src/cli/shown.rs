@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{anyhow, bail};
-use lobe::env::{DfgTable, MappedMap, PrefilterOptions, cube_source, prefilter_ggx};
+use lobe::env::{LobeTable, MappedMap, PrefilterOptions, cube_source, prefilter_ggx};
 use lobe::io::Job;
 use lobe::prt::{
     AnyTransfer, BakeMode, Baked, CompressedTransfer, FittedVertices, GlossyLobe, Recipe, Transfer, TransferMatrices,
@@ -139,7 +139,8 @@ impl Shown {
         let source = cube_source(sky, options.size, Job::default())?;
         let levels = prefilter_ggx(&source, &options, Job::default().watched_by(&mut watch))?;
         let environment = Environment::of_levels(&levels, options.roughness)?;
-        Ok(Self::Specular(SplitSum { environment, dfg: DfgTable::default() }, arguments.roughness.unwrap_or(ROUGHNESS)))
+        let split = SplitSum { environment, lobes: LobeTable::correlated() };
+        Ok(Self::Specular(split, arguments.roughness.unwrap_or(ROUGHNESS)))
     }
 
     /// The bands of the light that is shown; microfacets reflect all of it.

@@ -30,6 +30,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "environment" => "environment.wgsl",
     "field_stencil" => "field_stencil.wgsl",
     "glossy" => "glossy.wgsl",
+    "lobe_table" => "lobe_table.wgsl",
     "look_up_fields" => "look_up_fields.wgsl",
     "product" => "generated/product.wgsl",
     "resolve" => "resolve.wgsl",

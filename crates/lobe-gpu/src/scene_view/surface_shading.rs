@@ -424,15 +424,14 @@ impl Prepared<'_> {
     }
 
     fn add_specular(&mut self, split: &SplitSum, roughness: f64) -> Result<(), GpuError> {
-        split.environment.add_to(self.renderer, "reflected")?;
-        SplitSum::add_dfg_to(&split.dfg, self.renderer, "dfg")?;
+        split.add_to(self.renderer)?;
         self.renderer.uniform("gloss", &[1.0, roughness as f32, 0.0, 0.0])?;
         let shader = split.environment.constants(Shader::new(&["shade_specular"]));
         let reads = [
             ("reflected", Slot::Texture),
             ("reflected shape", Slot::Uniform),
             ("gloss", Slot::Uniform),
-            ("dfg", Slot::Texture),
+            ("lobes", Slot::Texture),
         ];
         let all = 0..self.scene.meshes().len();
         self.add_passes("surfaces", shader, &all, |_, _| reads.map(|(name, slot)| (whole(name), slot)).into());
