@@ -1,6 +1,7 @@
 //! Split-sum specular reflection on the device.
 
-use lobe_env::{DfgTable, LobeTable};
+use lobe_env::{DfgTable, LobeTable, MappedMap, PrefilterOptions, cube_source, prefilter_ggx};
+use lobe_io::Job;
 
 use crate::error::GpuError;
 use crate::lookup::environment::Environment;
@@ -22,6 +23,19 @@ pub struct SplitSum {
 }
 
 impl SplitSum {
+    /// Prefilters a light for shiny surfaces, by cubes of this size ([`PrefilterOptions::of_reflections`]).
+    ///
+    /// The steps of the job are those of resampling and prefiltering.
+    ///
+    /// # Errors
+    /// [`GpuError::Env`] with the errors of [`prefilter_ggx`].
+    pub fn of_light(light: &MappedMap, size: usize, mut job: Job<'_>) -> Result<Self, GpuError> {
+        let options = PrefilterOptions::of_reflections(size);
+        let levels = prefilter_ggx(&cube_source(light, size, job.reborrow())?, &options, job)?;
+        let environment = Environment::of_levels(&levels, options.roughness)?;
+        Ok(Self { environment, lobes: LobeTable::correlated() })
+    }
+
     /// Uploads a table as texture `name`.
     pub(crate) fn add_dfg_to(dfg: &DfgTable, renderer: &mut Renderer, name: &str) -> Result<(), GpuError> {
         let texels: Vec<[f32; 4]> =

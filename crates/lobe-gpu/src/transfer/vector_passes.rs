@@ -47,17 +47,19 @@ pub(crate) fn add_light(renderer: &mut Renderer, name: &str) -> Result<(), GpuEr
 /// So many rows, and the receiver that each of them is.
 pub(crate) type Rows<'a> = (usize, &'a dyn Fn(usize) -> usize);
 
-/// Passes that shade receivers of transfer vectors into the rows of the buffer `radiance`.
+/// Passes that shade receivers of transfer vectors: by each of these lights, into the rows of the buffer beside it.
 pub(crate) fn add_transfer(
     renderer: &mut Renderer,
     transfer: &ReflectingTransfer<'_>,
     storage: Storage,
     (rows, receiver): Rows<'_>,
-    radiance: &str,
+    lit: &[(&str, &str)],
 ) -> Result<(), GpuError> {
     let (coefficients, channels) = (transfer.coefficients(), transfer.channels());
-    add_light(renderer, "light")?;
-    renderer.allocate(radiance, VALUE * rows as u64)?;
+    for (light, radiance) in lit {
+        add_light(renderer, light)?;
+        renderer.allocate(radiance, VALUE * rows as u64)?;
+    }
     let mut numbers = Vec::with_capacity(channels * coefficients);
     let row = |r: usize, out: &mut Vec<u32>| {
         numbers.clear();
@@ -67,7 +69,7 @@ pub(crate) fn add_transfer(
     let words = words_of(channels * coefficients, storage);
     let pieces = upload_rows(renderer, "transfer", rows, (words, VALUE), row)?;
     let kernel = transfer_kernel(renderer.context(), coefficients, channels, storage)?;
-    add_passes(renderer, &kernel, "light", ("transfer", &pieces), radiance)
+    lit.iter().try_for_each(|(light, radiance)| add_passes(renderer, &kernel, light, ("transfer", &pieces), radiance))
 }
 
 fn transfer_kernel(
