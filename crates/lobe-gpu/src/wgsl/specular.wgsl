@@ -5,7 +5,7 @@
 // The level of a prefiltered environment for a roughness, `lobe_env::RoughnessLevels::level_for_roughness`.
 fn level_for_roughness(environment: Environment, roughness: f32) -> f32 {
     let r = clamp(roughness, 0.0, 1.0);
-    return f32(LEVELS - 1u) * select(r, r * (2.0 - r), environment.quadratic.x == 1u);
+    return f32(LEVELS - 1u) * select(r, r * (2.0 - r), environment.quadratic == 1u);
 }
 
 // What a surface of GGX microfacets with reflectance f0 along its normal sends towards the eye.

@@ -133,6 +133,11 @@ impl Lit {
 
     /// That of a device.
     fn found(&self, context: &Context) -> Picture {
+        self.found_under(context, (1.0, Rotation::IDENTITY))
+    }
+
+    /// The same where the map is turned and its radiance has a factor.
+    fn found_under(&self, context: &Context, (strength, turn): (f64, Rotation)) -> Picture {
         let whole = self.transfer(&self.options);
         let is_reflecting = self.options.mode == BakeMode::Interreflected;
         let direct = is_reflecting.then(|| self.transfer(&self.options.clone().of_direct_part(None)));
@@ -150,19 +155,24 @@ impl Lit {
             (count, Some(direct)) => SunsApart::Reflected(count, direct),
         };
         let options = SceneViewOptions::default().width(SIZE[0] as u32).height(SIZE[1] as u32).rays(1);
-        let view = SceneView::with_suns(context, &self.scene, (&shading, suns), None, &options).unwrap();
+        let mut view = SceneView::with_suns(context, &self.scene, (&shading, suns), None, &options).unwrap();
+        view.set_reflection_strength(strength);
+        view.turn_backdrop(&turn).unwrap();
         view.set_camera(&cameras(&self.scene).0).unwrap();
         view.set_scene_light(&self.light).unwrap();
         view.render().unwrap();
         view.picture().unwrap()
     }
 
-    /// Compares both; returns the mean difference over the mean.
+    /// Compares both.
     fn check(&self, what: &str, context: &Context, most: f64) {
-        let (found, expected) = (self.found(context), self.expected());
+        self.compare(what, &self.found(context), &self.expected(), most);
+    }
+
+    fn compare(&self, what: &str, found: &Picture, expected: &Picture, most: f64) {
         if let Some(folder) = std::env::var_os("LOBE_GPU_PICTURES") {
             let folder = std::path::Path::new(&folder);
-            for (name, picture) in [("gpu", &found), ("cpu", &expected)] {
+            for (name, picture) in [("gpu", found), ("cpu", expected)] {
                 picture.write_png(folder.join(format!("gltf {what} {name}.png")), &Tone::PLAIN).unwrap();
             }
         }
@@ -205,6 +215,21 @@ fn bands_beyond_the_third_hide_little_more() {
         let lit = Lit::of_order(order, metal_over_plastic(), of, Vec::new());
         lit.check(&format!("order {order}"), &context, if order > ORDER { MEAN_ERROR_OF_BANDS } else { MEAN_ERROR });
     }
+}
+
+#[test]
+fn what_is_reflected_is_as_strong_and_turned_as_the_light() {
+    let Some(context) = device("what_is_reflected_is_as_strong_and_turned_as_the_light") else { return };
+    let mut lit = Lit::new(metal_over_plastic(), BakeMode::Interreflected, AlbedoMode::Vertex, Vec::new());
+    let turn = Rotation::from_axis_angle(Dir::Z, 0.7);
+    let back = turn.inverse();
+    let map = lit.map.clone();
+    // The light stays as the map is, and the device is told of both.
+    let strong = EnvMap::from_fn(64, 32, |s| map.radiance(s).scale(2.0));
+    lit.light = SceneLight::new(project_env(&strong, ORDER).rotated(&turn), Vec::new());
+    let found = lit.found_under(&context, (2.0, turn));
+    lit.map = EnvMap::from_fn(256, 128, |s| map.radiance(back.rotate_dir(s)).scale(2.0));
+    lit.compare("turned and strong", &found, &lit.expected(), MEAN_ERROR_OF_SUNS);
 }
 
 #[test]
