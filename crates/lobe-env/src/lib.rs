@@ -64,7 +64,7 @@
 //! | sun extraction | [`extract_sun`], [`SunOptions`], [`SunReport`], [`Sun`], [`read_suns`] |
 //! | a light for an engine | [`export_light`], [`Engine`], [`ExportOptions`]; its coefficients back [`import_coefficients`]; files of Babylon.js [`encode_babylon_env`] |
 //! | suns and the rest of the light | [`SceneLight`] by a [`SunChoice`] |
-//! | reflectance and its directional albedo | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`dfg_separable`], [`Dfg`], [`DfgTable`] |
+//! | reflectance and its directional albedo | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`dfg_separable`], [`Dfg`], [`DfgTable`]; [`LobeTable`] |
 //!
 //! # A map is constant over each texel
 //!
@@ -106,7 +106,8 @@ pub use area_light::polygon_light::PolygonLight;
 pub use area_light::sphere_light::SphereLight;
 pub use area_light::vector_irradiance::{VectorIrradiance, vector_irradiance};
 pub use engines::engine::{Engine, EngineFacts, Tried};
-pub use engines::export::{ExportOptions, ExportReport, export_light, exported_files};
+pub use engines::export::{ExportReport, export_light, exported_files};
+pub use engines::export_options::ExportOptions;
 pub use engines::exported_file::ExportedFile;
 pub use engines::import::import_coefficients;
 pub use error::{EnvError, MapReadOption};
@@ -152,6 +153,7 @@ pub use projection::project_map::project_map;
 pub use projection::reconstruct::{reconstruct, reconstruct_into};
 pub use reflection::brdf::{Brdf, Ggx, Lambert, Phong};
 pub use reflection::dfg::{Dfg, DfgTable, dfg, dfg_separable};
+pub use reflection::lobe_table::{LobeNode, LobeTable};
 pub use reflection::specular_lobe::SpecularLobe;
 pub use resample::cube_source::cube_source;
 pub use resample::resample::{Resample, resample, rotate_map};

@@ -35,6 +35,9 @@ pub enum GpuError {
     /// A picture could not be made or written.
     #[error(transparent)]
     Image(#[from] lobe_image::ImageError),
+    /// A light could not be prefiltered.
+    #[error(transparent)]
+    Env(#[from] lobe_env::EnvError),
 }
 
 impl GpuError {

@@ -37,9 +37,10 @@
 //! | a device | [`Context`], [`ContextOptions`] | |
 //! | passes and what they take | [`Renderer`], [`PassTime`] | |
 //! | environment maps in every mapping | [`Environment`] | `environment` |
-//! | split-sum reflection | [`SplitSum`] | `specular` |
+//! | split-sum reflection | [`SplitSum`] | `specular`, `lobe_table` |
 //! | spheres that hide the sky | [`GpuSphereShadows`] | `accumulate`, `sky_light` |
 //! | a part of a moving scene under spheres, fields and what stands still | [`GpuMovingPart`], [`FieldResponse`], [`StillGrid`] | `shadow_fields`, `product`, `still_visibility` and those above |
+//! | metals and plastics of glTF | [`GltfShading`] | `gltf`, `gltf_suns`, `finish`, `openness` |
 //! | suns that cast shadows by themselves | [`SunsApart`], [`SceneView::with_suns`] | `sun_shadow`, `sun_light`, `sunlit_*` |
 //! | pictures of scenes | [`SceneView`], [`SurfaceShading`], [`GlossyMesh`], [`Storage`], [`GpuCamera`] | `transfer`, `clustered`, `glossy`, `basis`, `camera`, `surface`, `shade_*`, `draw_*`, `backdrop`, `resolve`, `tone`, `display` |
 //! | without a window: frames to files, times of passes | [`write_turntable`], [`render_turntable`], [`TurningLight`], [`BenchReport`] | |
@@ -90,6 +91,7 @@ pub use moving::gpu_sphere_shadows::GpuSphereShadows;
 pub use moving::still_grid::StillGrid;
 pub use renderer::renderer::{PassTime, Renderer};
 pub use scene_view::camera::GpuCamera;
+pub use scene_view::gltf_shading::GltfShading;
 pub use scene_view::options::{SceneViewOptions, ViewOutput};
 pub use scene_view::scene_view::SceneView;
 pub use scene_view::suns_apart::SunsApart;

@@ -24,6 +24,7 @@ use crate::loading::export::ExportPlan;
 use crate::loading::file_kind::{self, FileKind, TENSORS};
 use crate::loading::limits::ReadLimits;
 use crate::loading::place::IN_PAGE;
+use crate::loading::surface_model::SurfaceModel;
 use crate::rooms::functions::functions_room::FunctionsRoom;
 use crate::rooms::motion::motion_room::MotionRoom;
 use crate::rooms::rooms::{RoomName, Rooms};
@@ -155,6 +156,13 @@ impl ViewerApp {
     pub fn reading_within(mut self, limits: ReadLimits) -> Self {
         self.rooms.each(|room| room.read_within(limits));
         Self { limits, ..self }
+    }
+
+    /// The same viewer with surfaces by another model, if any.
+    #[must_use]
+    pub fn reflecting_by(mut self, surfaces: Option<SurfaceModel>) -> Self {
+        surfaces.into_iter().for_each(|surfaces| self.rooms.each(|room| room.reflect_by(surfaces)));
+        self
     }
 
     /// The same viewer with other suns that are looked for in skies.

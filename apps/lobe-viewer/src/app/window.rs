@@ -16,6 +16,7 @@ use crate::app::kept::{Kept, LEAST};
 use crate::app::viewer_app::ViewerApp;
 use crate::loading::cache::UserFolder;
 use crate::loading::limits::ReadLimits;
+use crate::loading::surface_model::SurfaceModel;
 use crate::widgets::gpu::Gpu;
 
 /// The size of the window at the first start, in points.
@@ -26,13 +27,18 @@ const MOST_LOSSES: usize = 3;
 
 /// Opens the window on what was left open, or on these files, and returns when it is closed. One whose device is lost is opened again
 /// on another device, as it was.
-pub(crate) fn open(files: &[PathBuf], limits: ReadLimits, suns: &SunChoice) -> anyhow::Result<()> {
+pub(crate) fn open(
+    files: &[PathBuf],
+    limits: ReadLimits,
+    (suns, surfaces): (&SunChoice, Option<SurfaceModel>),
+) -> anyhow::Result<()> {
     let said = keep_panics_quiet();
     for losses in 0..=MOST_LOSSES {
         let lost = Arc::new(AtomicBool::new(false));
         let files = if losses == 0 { files } else { &[] };
+        let surfaces = surfaces.filter(|_| losses == 0);
         let device = Arc::new(OnceLock::new());
-        let ended = catch_unwind(AssertUnwindSafe(|| run((files, limits, suns), losses, &lost, &device)));
+        let ended = catch_unwind(AssertUnwindSafe(|| run((files, limits, suns, surfaces), losses, &lost, &device)));
         match ended {
             Ok(Ok(())) if !lost.load(Ordering::Relaxed) => return Ok(()),
             Ok(Err(error)) if losses == 0 => return Err(error),
@@ -63,7 +69,7 @@ fn is_gone(device: &OnceLock<Context>) -> bool {
 }
 
 fn run(
-    (files, limits, suns): (&[PathBuf], ReadLimits, &SunChoice),
+    (files, limits, suns, surfaces): (&[PathBuf], ReadLimits, &SunChoice, Option<SurfaceModel>),
     losses: usize,
     lost: &Arc<AtomicBool>,
     device: &Arc<OnceLock<Context>>,
@@ -82,7 +88,7 @@ fn run(
             device.get_or_init(|| gpu.context().clone());
         }
         let app = ViewerApp::new(gpu, UserFolder::of_user(), &files).reporting_loss_to(lost).reading_within(limits);
-        let mut app = app.looking_for_suns(suns);
+        let mut app = app.looking_for_suns(suns).reflecting_by(surfaces);
         if losses > 0 {
             app.complain("The graphics device was lost; the window was opened again with what was kept");
         }

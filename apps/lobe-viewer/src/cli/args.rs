@@ -15,6 +15,7 @@ use lobe_gpu::{GpuCamera, SceneViewOptions, Storage, TurntableOptions};
 
 use crate::loading::limits::ReadLimits;
 use crate::loading::moving_light::LitOn;
+use crate::loading::surface_model::SurfaceModel;
 
 /// Help of the files.
 fn files() -> String {
@@ -55,6 +56,9 @@ pub(crate) struct Arguments {
     /// with which pictures have an alpha; or a color, #rrggbb of sRGB or r,g,b of linear radiance
     #[arg(long, value_name = "env|light|none|COLOR", default_value_t = Background::Env, requires = "headless")]
     pub(crate) background: Background,
+    /// The model of reflection [default: matte, in the window as it was left]
+    #[arg(long, value_enum)]
+    pub(crate) surfaces: Option<SurfaceModel>,
     /// The light paths that are shown; of a scene that moves, how its parts hide the sky
     #[arg(long, value_enum, default_value = "interreflected")]
     pub(crate) mode: ModeName,
@@ -148,12 +152,19 @@ impl Arguments {
         Ok(())
     }
 
+    /// The model of reflection.
+    pub(crate) fn surfaces(&self) -> SurfaceModel {
+        self.surfaces.unwrap_or_default()
+    }
+
     /// Refuses what says how surfaces reflect where the mode does not ask for it.
     pub(crate) fn check_surfaces(&self) -> anyhow::Result<()> {
         use ModeName::{Glossy, Interreflected, Shadowed, Specular};
         let transfer = self.transfer.as_ref().map(|file| format!("--transfer {}", file.display()));
+        let gltf = (self.surfaces() == SurfaceModel::Gltf).then(|| "--surfaces gltf".to_owned());
         for (given, modes) in [
-            (self.lobe.map(|_| "--lobe".to_owned()), &[Glossy][..]),
+            (gltf, &[Shadowed, Interreflected][..]),
+            (self.lobe.map(|_| "--lobe".to_owned()), &[Glossy]),
             (self.roughness.map(|_| "--roughness".to_owned()), &[Specular]),
             (transfer, &[Shadowed, Interreflected, Glossy]),
         ] {

@@ -9,7 +9,7 @@ use serde_json::json;
 use crate::cli::args::Arguments;
 use crate::cli::exponentials::{SPHERES, measure};
 use crate::cli::prepared::{Prepared, prepare};
-use crate::loading::scene_source::{self, OpenedScene, open_scene};
+use crate::loading::scene_source::{self, OpenedScene, open_scene_for};
 
 /// The size of a picture that is measured without another choice.
 const SIZE: [u32; 2] = [1280, 720];
@@ -24,7 +24,10 @@ const FRAMES: usize = 30;
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let opened = match arguments.cells {
         Some(cells) => OpenedScene::of_built_in("still-life", built_in::still_life(usize::from(cells))),
-        None => open_scene(arguments.scene.as_deref().unwrap_or(Path::new(scene_source::FIRST)), &arguments.limits)?,
+        None => {
+            let source = arguments.scene.as_deref().unwrap_or(Path::new(scene_source::FIRST));
+            open_scene_for(source, &arguments.limits, arguments.surfaces())?
+        }
     };
     let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(1));
     // As the window draws what moves.

@@ -11,7 +11,7 @@ use crate::cli::args::Arguments;
 use crate::cli::moving;
 use crate::cli::prepared::{Prepared, prepare};
 use crate::loading::backdrop::write_frames;
-use crate::loading::scene_source::open_scene;
+use crate::loading::scene_source::open_scene_for;
 
 /// The size of a picture without another choice.
 const SIZE: [u32; 2] = [512, 384];
@@ -31,7 +31,8 @@ pub(crate) fn run(arguments: &Arguments, scene: &Path, output: &Path) -> anyhow:
     if let Some(method) = arguments.mode.of_moving() {
         return moving::run(arguments, (scene, method), &options, output);
     }
-    let Prepared { view, alpha, light, .. } = prepare(arguments, open_scene(scene, &arguments.limits)?, &options)?;
+    let opened = open_scene_for(scene, &arguments.limits, arguments.surfaces())?;
+    let Prepared { view, alpha, light, .. } = prepare(arguments, opened, &options)?;
     let options = TurntableOptions::default().frames(frames).step(TAU / frames as f64).tone(arguments.tone()?);
     write_frames((&view, alpha.as_ref()), &light, &options, output, Job::default())?;
     Ok(())

@@ -38,7 +38,7 @@ pub(crate) fn prepare(
     let sky = open_sky_with(&arguments.env, &arguments.limits, &arguments.suns)?;
     let data = SceneData::new(opened.name, opened.scene);
     let count = sky.split.suns().len().min(SunsApart::MOST);
-    let shown = Shown::new(arguments, &data, opened.baked, &sky.map, count > 0)?;
+    let shown = Shown::new(arguments, &data, opened.baked, &sky, count > 0)?;
     let context = device(arguments)?;
     let meshes = shown.meshes();
     let shading = shown.shading(&meshes, arguments.storage.into());

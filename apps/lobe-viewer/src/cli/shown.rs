@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{anyhow, bail};
-use lobe::env::{DfgTable, MappedMap, PrefilterOptions, cube_source, prefilter_ggx};
+use lobe::env::{LobeTable, MappedMap, PrefilterOptions, cube_source, prefilter_ggx};
 use lobe::io::Job;
 use lobe::prt::{
     AnyTransfer, BakeMode, Baked, CompressedTransfer, FittedVertices, GlossyLobe, Recipe, Transfer, TransferMatrices,
@@ -14,9 +14,12 @@ use crate::cli::args::{Arguments, ModeName};
 use crate::cli::progress::progress;
 use crate::loading::bake::{GlossyBake, SceneData, bake_glossy, bake_options, bake_scene};
 use crate::loading::kept_transfer::{KeptTransfer, to_vectors};
+use crate::loading::materials::{gltf_shading, reflections_of};
 use crate::loading::mode::Mode;
 use crate::loading::places::Places;
+use crate::loading::sky_source::OpenedSky;
 use crate::loading::suns::{bake_direct, suns_apart};
+use crate::loading::surface_model::SurfaceModel;
 
 /// Bands without another choice, where nothing is baked yet.
 pub(crate) const ORDER: usize = 4;
@@ -31,9 +34,16 @@ const ROUGHNESS: f64 = 0.5;
 pub(crate) enum Shown {
     /// Irradiance of normals, of this order.
     Irradiance(usize),
-    /// Transfer of vertices or texels in a mode, its part without reflections where suns need it, and the meshes that
-    /// shine instead.
-    Transfer { mode: Mode, transfer: Transfer, direct: Option<Transfer>, places: Places, glossy: Vec<GlossyBake> },
+    /// Transfer of vertices or texels in a mode, its part without reflections where suns or materials need it, and the
+    /// meshes that shine instead, or what all surfaces reflect.
+    Transfer {
+        mode: Mode,
+        transfer: Transfer,
+        direct: Option<Transfer>,
+        places: Places,
+        glossy: Vec<GlossyBake>,
+        reflections: Option<SplitSum>,
+    },
     /// Transfer in clusters.
     Clusters(Mode, CompressedTransfer),
     /// Transfer matrices of all vertices, by one lobe.
@@ -44,15 +54,37 @@ pub(crate) enum Shown {
 
 impl Shown {
     /// What the arguments ask for: read or baked; `baked` is what the file of the scene holds. With suns beside the
-    /// expansion also what these need is baked.
+    /// expansion, or materials, also what these need is baked.
     pub(crate) fn new(
         arguments: &Arguments,
         data: &SceneData,
         baked: Option<Box<Baked>>,
-        sky: &MappedMap,
+        sky: &OpenedSky,
         has_suns: bool,
     ) -> anyhow::Result<Self> {
         arguments.check_surfaces()?;
+        if arguments.surfaces() == SurfaceModel::Matte {
+            return Self::lit(arguments, data, baked, &sky.map, has_suns);
+        }
+        let shown = Self::lit(arguments, data, baked, &sky.map, true)?;
+        let Self::Transfer {
+            mode, transfer, direct, places: places @ (Places::Vertices | Places::WithoutAlbedo), ..
+        } = shown
+        else {
+            bail!("--surfaces gltf: expected transfer of vertices, found a lightmap; lobe render baked shows it");
+        };
+        let reflections =
+            Some(reflections_of(sky, has_suns, Job::default().watched_by(&mut progress("prefiltering")))?);
+        Ok(Self::Transfer { mode, transfer, direct, places, glossy: Vec::new(), reflections })
+    }
+
+    fn lit(
+        arguments: &Arguments,
+        data: &SceneData,
+        baked: Option<Box<Baked>>,
+        sky: &MappedMap,
+        needs_direct: bool,
+    ) -> anyhow::Result<Self> {
         let mode = match arguments.mode {
             ModeName::Irradiance => Mode::Irradiance,
             ModeName::Shadowed => Mode::Shadowed,
@@ -73,7 +105,7 @@ impl Shown {
             if mode.bakes() != [found] {
                 bail!("--transfer {name}: baked as {0}; ask for --mode {0}", found.name());
             }
-            let of = Kept { name: &name.to_string(), mode, recipe: &recipe, has_suns };
+            let of = Kept { name: &name.to_string(), mode, recipe: &recipe, needs_direct };
             return of.shown(arguments, data, (transfer, places));
         }
         if let Some(file) = baked {
@@ -86,28 +118,28 @@ impl Shown {
                 bail!("--mode {wanted}: {name} was baked as {found}; ask for that, or for the scene it was baked from");
             }
             let places = Places::vertices(&file.recipe);
-            let of = Kept { name: &data.name, mode, recipe: &file.recipe, has_suns };
+            let of = Kept { name: &data.name, mode, recipe: &file.recipe, needs_direct };
             return of.shown(arguments, data, (file.transfer.into(), places));
         }
-        Self::baked(arguments, mode, data, has_suns)
+        Self::baked(arguments, mode, data, needs_direct)
     }
 
-    fn baked(arguments: &Arguments, mode: Mode, data: &SceneData, has_suns: bool) -> anyhow::Result<Self> {
+    fn baked(arguments: &Arguments, mode: Mode, data: &SceneData, needs_direct: bool) -> anyhow::Result<Self> {
         let (order, samples) = (arguments.order.map_or(ORDER, usize::from), arguments.samples);
-        let needs_direct = has_suns && mode == Mode::Interreflected;
+        let needs_direct = needs_direct && mode == Mode::Interreflected;
         let mut baked = Vec::new();
         for &mode in mode.bakes().iter().chain(needs_direct.then_some(&BakeMode::Shadowed)) {
             let options = bake_options(mode, order, samples);
             let (transfer, _) = bake_scene(data, &options, progress(format!("{} transfer", mode.name())))?;
             baked.push((mode, transfer));
         }
-        let is_shining = mode == Mode::Interreflected;
+        let is_shining = mode == Mode::Interreflected && arguments.surfaces() == SurfaceModel::Matte;
         let glossy = if is_shining { bake_glossy(data, order, samples, progress("metals"))? } else { Vec::new() };
         let of = |mode: BakeMode| baked.iter().find(|(found, _)| *found == mode).map(|(_, transfer)| transfer);
         Ok(match mode.transfer(of)? {
             Some(transfer) => {
                 let direct = of(BakeMode::Shadowed).filter(|_| needs_direct).cloned();
-                Self::Transfer { mode, transfer, direct, places: Places::Vertices, glossy }
+                Self::Transfer { mode, transfer, direct, places: Places::Vertices, glossy, reflections: None }
             }
             None => Self::Irradiance(order),
         })
@@ -139,7 +171,8 @@ impl Shown {
         let source = cube_source(sky, options.size, Job::default())?;
         let levels = prefilter_ggx(&source, &options, Job::default().watched_by(&mut watch))?;
         let environment = Environment::of_levels(&levels, options.roughness)?;
-        Ok(Self::Specular(SplitSum { environment, dfg: DfgTable::default() }, arguments.roughness.unwrap_or(ROUGHNESS)))
+        let split = SplitSum { environment, lobes: LobeTable::correlated() };
+        Ok(Self::Specular(split, arguments.roughness.unwrap_or(ROUGHNESS)))
     }
 
     /// The bands of the light that is shown; microfacets reflect all of it.
@@ -175,7 +208,11 @@ impl Shown {
     pub(crate) fn shading<'a>(&'a self, meshes: &'a [GlossyMesh<'a>], storage: Storage) -> SurfaceShading<'a> {
         match self {
             Self::Irradiance(order) => SurfaceShading::Irradiance(*order),
-            Self::Transfer { transfer, places, .. } => places.shading(transfer, meshes, storage),
+            Self::Transfer { mode, transfer, direct, places, reflections, .. } => {
+                let of = (transfer, direct_of(*mode, transfer, direct.as_ref()));
+                let gltf = reflections.as_ref().and_then(|all| gltf_shading(of, places, all, storage));
+                gltf.unwrap_or_else(|| places.shading(transfer, meshes, storage))
+            }
             Self::Clusters(_, compressed) => SurfaceShading::Clusters(compressed),
             Self::Matrices(matrices, lobe) => SurfaceShading::Glossy(matrices, *lobe, storage),
             Self::Specular(split, roughness) => SurfaceShading::Specular(split, *roughness),
@@ -183,12 +220,18 @@ impl Shown {
     }
 }
 
+/// The part without reflections of transfer in a mode.
+fn direct_of<'a>(mode: Mode, transfer: &'a Transfer, direct: Option<&'a Transfer>) -> Option<&'a Transfer> {
+    if mode == Mode::Shadowed { Some(transfer) } else { direct }
+}
+
 /// Transfer that a file holds.
 struct Kept<'a> {
     name: &'a str,
     mode: Mode,
     recipe: &'a Recipe,
-    has_suns: bool,
+    /// Whether the part without reflections is needed where there are any.
+    needs_direct: bool,
 }
 
 impl Kept<'_> {
@@ -199,11 +242,12 @@ impl Kept<'_> {
         data: &SceneData,
         (transfer, places): (AnyTransfer, Places),
     ) -> anyhow::Result<Shown> {
-        let Self { name, mode, recipe, has_suns } = *self;
+        let Self { name, mode, recipe, needs_direct } = *self;
         expect_order(arguments, name, transfer.order())?;
-        let needs_direct = has_suns && mode == Mode::Interreflected;
+        let needs_direct = needs_direct && mode == Mode::Interreflected;
+        let is_gltf = arguments.surfaces() == SurfaceModel::Gltf;
         match (transfer, places) {
-            (AnyTransfer::Compressed(compressed), Places::Vertices) if !needs_direct => {
+            (AnyTransfer::Compressed(compressed), Places::Vertices) if !needs_direct && !is_gltf => {
                 Ok(Shown::Clusters(mode, compressed))
             }
             (transfer, places) => {
@@ -212,7 +256,7 @@ impl Kept<'_> {
                 let job = Job::default().watched_by(&mut watch);
                 let direct = || bake_direct(data, (recipe, transfer.order()), &places, job);
                 let direct = needs_direct.then(direct).transpose()?;
-                Ok(Shown::Transfer { mode, transfer, direct, places, glossy: Vec::new() })
+                Ok(Shown::Transfer { mode, transfer, direct, places, glossy: Vec::new(), reflections: None })
             }
         }
     }

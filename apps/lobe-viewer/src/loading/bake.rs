@@ -16,7 +16,8 @@ use crate::loading::cache::UserFolder;
 use crate::loading::limits::ReadLimits;
 use crate::loading::place::IN_PAGE;
 use crate::loading::places::Places;
-use crate::loading::scene_source::open_scene;
+use crate::loading::scene_source::open_scene_for;
+use crate::loading::surface_model::SurfaceModel;
 use crate::loading::task::Control;
 
 /// Paths of the first bakes of a scene, which are there after a moment, before that which is asked for.
@@ -158,13 +159,13 @@ pub fn bake_scene(
 /// Opens a scene and says what is known of its light: what its file holds, what was kept of it, or what is baked now.
 pub(crate) fn open(
     control: &Control<SceneNews>,
-    source: &Path,
+    (source, surfaces): (&Path, SurfaceModel),
     (order, samples): (usize, u32),
     (folder, limits): (&UserFolder, &ReadLimits),
 ) -> Result<(), String> {
     let name = source.file_name().unwrap_or_default().to_string_lossy();
     control.stage(name);
-    let opened = open_scene(source, limits).map_err(|error| error.to_string())?;
+    let opened = open_scene_for(source, limits, surfaces).map_err(|error| error.to_string())?;
     if control.is_cancelled() {
         return Ok(());
     }

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::loading::backdrop::{Behind, write_frames};
 use crate::loading::bake::{GlossyBake, SceneData};
+use crate::loading::materials::Materials;
 use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::suns::ShownSuns;
@@ -104,6 +105,9 @@ pub struct SceneExport {
     pub(crate) places: Places,
     pub(crate) order: usize,
     pub(crate) glossy: Vec<GlossyBake>,
+    pub(crate) materials: Option<Materials>,
+    /// Of the sky in reflections.
+    pub(crate) strength: f64,
     pub(crate) suns: ShownSuns,
     pub(crate) sky: Option<OpenedSky>,
     pub(crate) behind: Behind,
@@ -128,14 +132,19 @@ impl SceneExport {
     ) -> Result<(), GpuError> {
         let meshes: Vec<GlossyMesh<'_>> = self.glossy.iter().map(GlossyBake::on_device).collect();
         let shading = match &self.transfer {
-            Some(transfer) => self.places.shading(transfer, &meshes, Storage::F32),
+            Some(transfer) => {
+                let materials = self.materials.as_ref();
+                let gltf = materials.and_then(|all| all.shading(transfer, &self.places, Storage::F32));
+                gltf.unwrap_or_else(|| self.places.shading(transfer, &meshes, Storage::F32))
+            }
             None => SurfaceShading::Irradiance(self.order),
         };
         let [width, height] = plan.size;
         let options = SceneViewOptions::default().width(width).height(height).rays(plan.rays);
         let environment = self.behind.on_device(context, self.sky.as_ref().map(|sky| &*sky.shown));
         let shading = (&shading, self.suns.apart());
-        let view = SceneView::with_suns(context, &self.data.scene, shading, environment.as_ref(), &options)?;
+        let mut view = SceneView::with_suns(context, &self.data.scene, shading, environment.as_ref(), &options)?;
+        view.set_reflection_strength(self.strength);
         view.set_camera(&self.camera)?;
         let alpha = self.behind.alpha(context, &self.data.scene, &options, &self.camera)?;
         let step = std::f64::consts::TAU / frames.max(1) as f64;

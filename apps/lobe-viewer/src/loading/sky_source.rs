@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use anyhow::Context as _;
 use lobe::env::{
-    EnvMap, Ground, MappedMap, PreethamSky, SceneLight, Sky as _, SunChoice, project_map, read_map, read_map_bytes,
-    reconstruct, sky_map,
+    EnvError, EnvMap, Ground, MappedMap, PreethamSky, SceneLight, Sky as _, SunChoice, project_map, read_map,
+    read_map_bytes, reconstruct, sky_map,
 };
 use lobe::image::FileFormat;
 use lobe::prt::Transfer;
@@ -60,6 +60,8 @@ pub struct OpenedSky {
     pub light: Arc<ShVec<Rgb<f64>>>,
     /// The same in two parts: suns, and the expansion of the rest.
     pub(crate) split: Arc<SceneLight>,
+    /// The suns that are looked for in the map.
+    pub(crate) choice: SunChoice,
     /// The map for a device to show: the same, or one in fewer texels where textures there have not as many.
     pub(crate) shown: Arc<MappedMap>,
 }
@@ -121,19 +123,32 @@ impl OpenedSky {
     pub(crate) fn of(name: String, map: MappedMap) -> Self {
         let light = Arc::new(project_map(&map, Transfer::MAX_ORDER));
         let (map, split) = (Arc::new(map), Arc::new(SceneLight::from((*light).clone())));
-        Self { name, shown: map.clone(), map, light, split }
+        Self { name, shown: map.clone(), map, light, split, choice: SunChoice::None }
     }
 
     /// The same with suns beside the expansion of the rest; those of a file of an expansion are not looked for.
     fn with_suns(self, source: &Path, suns: &SunChoice) -> anyhow::Result<Self> {
-        let split = if is_expansion(source) {
-            SceneLight::of_expansion((*self.light).clone(), suns)
+        let (split, choice) = if is_expansion(source) {
+            (SceneLight::of_expansion((*self.light).clone(), suns), SunChoice::None)
         } else if *suns == SunChoice::None {
             return Ok(self);
         } else {
-            SceneLight::of_map(&self.map, Transfer::MAX_ORDER, suns)
+            (SceneLight::of_map(&self.map, Transfer::MAX_ORDER, suns), suns.clone())
         };
-        Ok(Self { split: Arc::new(split.context("--suns")?), ..self })
+        Ok(Self { split: Arc::new(split.context("--suns")?), choice, ..self })
+    }
+
+    /// The map without the suns that stand apart, which are taken out now: what shiny surfaces reflect beside them.
+    ///
+    /// # Errors
+    /// As [`SceneLight::of_map_with_rest`].
+    pub(crate) fn without_suns(&self) -> Result<Arc<MappedMap>, EnvError> {
+        if self.split.suns().is_empty() || self.choice == SunChoice::None {
+            return Ok(self.map.clone());
+        }
+        // Of the light no band is needed.
+        let (_, rest) = SceneLight::of_map_with_rest((*self.map).clone(), 1, &self.choice)?;
+        Ok(Arc::new(rest))
     }
 
     /// The suns of the sky, and the expansion of the rest to an order.

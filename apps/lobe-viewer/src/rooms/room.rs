@@ -8,6 +8,7 @@ use lobe::env::SunChoice;
 use crate::loading::file_kind::FileKind;
 use crate::loading::limits::ReadLimits;
 use crate::loading::sky_source::OpenedSky;
+use crate::loading::surface_model::SurfaceModel;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::history::{Can, Step};
 
@@ -38,6 +39,9 @@ pub(crate) trait Room {
 
     /// Looks for these suns in skies that are opened from now on.
     fn look_for_suns(&mut self, _: &SunChoice) {}
+
+    /// Shows surfaces by this model.
+    fn reflect_by(&mut self, _: SurfaceModel) {}
 
     /// Reads files within these limits from now on.
     fn read_within(&mut self, _: ReadLimits) {}

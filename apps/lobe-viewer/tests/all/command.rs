@@ -76,6 +76,11 @@ fn bad_input_is_one_line_and_exit_code_2() {
         ("--headless built-in:three-objects --mode fields --transfer bad.safetensors -o a.png", "--transfer"),
         ("--headless built-in:ball --lobe ggx:0.2 -o a.png", "--lobe: only with --mode glossy"),
         ("--headless built-in:ball --roughness 0.2 -o a.png", "--roughness: only with --mode specular"),
+        (
+            "--headless built-in:ball --surfaces gltf --mode irradiance -o a.png",
+            "--surfaces gltf: only with --mode shadowed",
+        ),
+        ("--headless built-in:ball --surfaces shiny -o a.png", "shiny"),
         ("--transfer bad.safetensors", "--headless"),
         ("--headless built-in:ball --transfer three.obj -o a.png", "three.obj: expected transfer"),
         ("--headless built-in:ball --transfer wide.pfm -o a.png", "wide.pfm: expected transfer"),

@@ -8,7 +8,7 @@ use egui_kittest::kittest::Queryable as _;
 use lobe::env::{EnvMap, write_env};
 use lobe::prt::BakeMode;
 use lobe::sh::{Dir, Expansion as _, Rgb, Zonal};
-use lobe_viewer::{Mode, Orbit, SceneEdits, SceneLamp, SceneRoom, Step, UserFolder, transfer_of};
+use lobe_viewer::{Mode, Orbit, SceneEdits, SceneLamp, SceneRoom, Step, SurfaceModel, UserFolder, transfer_of};
 
 use crate::wait::step_until;
 
@@ -201,6 +201,24 @@ fn metals_are_made_to_shine_only_where_interreflections_are_shown() {
         harness.run_steps(2);
         assert_eq!(harness.state().edits().has_gloss, expected, "as it was pressed");
     }
+}
+
+#[test]
+fn materials_take_the_place_of_metals_and_prefilter_the_sky() {
+    let folder = tempfile::tempdir().unwrap();
+    let triangle = folder.path().join("triangle.obj");
+    std::fs::write(&triangle, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let mut harness = open(|edits| (edits.scene, edits.sky) = (triangle, "made:even".into()));
+    settle(&mut harness);
+    harness.get_by_label("Materials").click();
+    harness.run_steps(2);
+    settle(&mut harness);
+    assert_eq!(harness.state().edits().surfaces, SurfaceModel::Gltf, "as it was pressed");
+    assert!(harness.query_by_label("Metals shine").is_none(), "metals are among the materials");
+    assert_eq!(harness.state().message(), None, "nothing went wrong");
+    harness.get_by_label("Materials").click();
+    harness.run_steps(2);
+    assert_eq!(harness.state().edits().surfaces, SurfaceModel::Matte, "pressed again");
 }
 
 #[test]

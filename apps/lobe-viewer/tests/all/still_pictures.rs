@@ -1,12 +1,15 @@
 //! Pictures of what stands still, of the program without a window against those by rays of the command `lobe render`.
 
-use lobe::env::{SceneLight, SunChoice};
+use lobe::env::{EnvMap, SceneLight, SunChoice};
 use lobe::image::Picture;
 use lobe::io::Job;
 use lobe::prt::BakeMode;
-use lobe::render::{BakedScene, ViewOptions, ViewPoint, light_baked_scene, light_by_irradiance};
+use lobe::render::{
+    BakedScene, EnvironmentMapOptions, Reflections, ViewOptions, ViewPoint, light_baked_scene, light_baked_surfaces,
+    light_by_irradiance,
+};
 use lobe::scene::{Bvh, built_in};
-use lobe::sh::Coefficient as _;
+use lobe::sh::{Coefficient as _, Rotation};
 use lobe_viewer::{ReadLimits, bake_options, open_sky};
 
 use crate::command::{is_without_adapter, viewer};
@@ -77,5 +80,53 @@ fn a_sky_with_a_sun_lights_a_scene_as_rays_on_the_processor_do() {
             light_baked_scene(&baked, &light, &camera, &view, behind, Job::default())
         };
         compare(&format!("{env}, {mode}, suns {suns}"), &found, &expected.unwrap().picture);
+    }
+}
+
+/// The mean difference over the mean where surfaces shine: the device has three bands of what hides reflections, and
+/// edges of shadows from a map.
+const MEAN_OF_MATERIALS: f64 = 1e-2;
+
+#[test]
+fn metals_and_plastics_shine_as_on_the_processor() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let [width, height] = SIZE;
+    let scene = built_in::named("still-life").unwrap();
+    let camera = ViewPoint::Orbit { azimuth: 40.0, height: 25.0 };
+    let camera = camera.camera(scene.world_bounds(), ViewPoint::FOV).unwrap();
+    let view = ViewOptions::default().width(width).height(height).rays(1_usize).edge_rays(0);
+    for (mode, suns) in [("interreflected", "auto"), ("shadowed", "none")] {
+        let arguments = format!(
+            "--headless built-in:still-life --surfaces gltf --mode {mode} --suns {suns} --order {ORDER} \
+             --samples {SAMPLES} --size {width}x{height} --rays 1 --orbit 40,25 --software -o {mode}.exr"
+        );
+        let output = viewer(at, &arguments);
+        if is_without_adapter(&output) {
+            return;
+        }
+        assert!(output.status.success(), "{mode}: {}", String::from_utf8_lossy(&output.stderr));
+        let found = lobe::image::read_picture(at.join(format!("{mode}.exr")), &Default::default()).unwrap().0;
+        let sky = open_sky("made:evening".as_ref(), &ReadLimits::default()).unwrap().map;
+        let (light, rest) =
+            SceneLight::of_map_with_rest((*sky).clone(), ORDER, &suns.parse::<SunChoice>().unwrap()).unwrap();
+        let of = if mode == "shadowed" { BakeMode::Shadowed } else { BakeMode::Interreflected };
+        let mut baked =
+            BakedScene::bake(scene.clone(), &bake_options(of, ORDER, SAMPLES), None, Job::default()).unwrap();
+        if baked.needs_direct() {
+            baked.bake_direct(Job::default()).unwrap();
+        }
+        let options = EnvironmentMapOptions::default();
+        let rest = EnvMap::new(rest.width(), rest.height(), rest.texels().to_vec()).unwrap();
+        let reflections = Reflections::new(rest, &options, Job::default()).unwrap();
+        let model = reflections.turned(&Rotation::IDENTITY);
+        let behind = |s| sky.radiance(s).widen();
+        let lit = light_baked_surfaces(&baked, (&light, &model), &camera, &view, behind, Job::default());
+        let expected = lit.unwrap().picture;
+        let pairs = || found.pixels().iter().zip(expected.pixels());
+        let apart: f64 = pairs().map(|(f, e)| f64::from((f[1] - e[1]).abs())).sum();
+        let mean = apart / pairs().map(|(_, e)| f64::from(e[1].abs())).sum::<f64>();
+        println!("{mode}, suns {suns}: mean error {mean:.2e}");
+        assert!(mean < MEAN_OF_MATERIALS, "{mode}, suns {suns}: mean {mean}");
     }
 }

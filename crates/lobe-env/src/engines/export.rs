@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use derive_setters::Setters;
 use lobe_image::{PictureWriteOptions, PictureWriteReport, TexelFormat};
 use lobe_io::{IoError, Job, StagedFile};
 use lobe_sh::encoding::EngineForm;
 
 use crate::engines::coefficients;
 use crate::engines::engine::{Engine, EngineFacts};
+use crate::engines::export_options::ExportOptions;
 use crate::engines::exported_file::ExportedFile;
 use crate::engines::light_parts::{LightParts, Part};
 use crate::engines::read_me;
@@ -18,53 +18,13 @@ use crate::files::babylon_env::encode_babylon_env;
 use crate::files::write::{CubeWriteOptions, encode_cube, encode_env};
 use crate::map::cube_mip_chain::CubeMipChain;
 use crate::map::mapped_map::MappedMap;
-use crate::prefilter::options::PrefilterOptions;
-use crate::sky::sun_choice::SunChoice;
 use crate::sky::sun_extraction::Sun;
 
 /// The size of the faces of irradiance, which has no detail.
 const DIFFUSE_SIZE: usize = 64;
 
-/// The least size of faces: three.js ends its chains at 8 texels.
-const LEAST_SIZE: usize = 16;
-
 /// The name of the text beside the files.
 const READ_ME: &str = "README.md";
-
-/// Options of exporting a light.
-#[derive(Clone, Debug, PartialEq, Setters)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
-#[non_exhaustive]
-pub struct ExportOptions {
-    /// The size of the faces of cubes, a power of two, 16 or more. Default: 256.
-    pub size: usize,
-    /// Which suns are lights of their own; programs that trace paths keep those of the map in it. Default: auto.
-    pub suns: SunChoice,
-    /// The tolerance of prefiltering, see [`PrefilterOptions::tolerance`]. Default: 0.02.
-    pub tolerance: f64,
-}
-
-impl Default for ExportOptions {
-    fn default() -> Self {
-        let PrefilterOptions { size, tolerance, .. } = PrefilterOptions::default();
-        Self { size, suns: SunChoice::default(), tolerance }
-    }
-}
-
-impl ExportOptions {
-    /// Refuses options with which nothing can be exported.
-    ///
-    /// # Errors
-    /// [`EnvError::Options`] for a size that is no power of two, or too small.
-    pub fn check(&self) -> Result<(), EnvError> {
-        if self.size < LEAST_SIZE || !self.size.is_power_of_two() {
-            let text =
-                format!("faces for engines have a power of two of texels, {LEAST_SIZE} or more, not {}", self.size);
-            return Err(EnvError::Options(text));
-        }
-        Ok(())
-    }
-}
 
 /// What was exported.
 #[derive(Clone, Debug, PartialEq)]

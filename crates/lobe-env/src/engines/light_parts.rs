@@ -6,7 +6,7 @@ use lobe_io::Job;
 use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation, ShL2};
 
 use crate::engines::engine::Engine;
-use crate::engines::export::ExportOptions;
+use crate::engines::export_options::ExportOptions;
 use crate::error::EnvError;
 use crate::map::adjust::scale_in_place;
 use crate::map::cube_average::averaged_to;

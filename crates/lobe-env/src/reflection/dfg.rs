@@ -114,7 +114,7 @@ pub fn dfg_separable(cos_v: f64, alpha: f64) -> Dfg {
 
 /// How the masking of the view and that of the light go together.
 #[derive(Clone, Copy, Debug)]
-enum Masking {
+pub(crate) enum Masking {
     /// Facets that lie deep hide from both.
     Correlated,
     /// Each by itself.
@@ -127,28 +127,28 @@ fn integrate(cos_v: f64, alpha: f64, masking: Masking, nodes: usize) -> Dfg {
         let bias = (1.0 - c).powi(5);
         return Dfg { scale: 1.0 - bias, bias };
     }
-    static RULE: OnceLock<Vec<(f64, f64)>> = OnceLock::new();
-    let own;
-    let rule = if nodes == NODES {
-        RULE.get_or_init(|| gauss_legendre(NODES))
-    } else {
-        own = gauss_legendre(nodes);
-        &own
-    };
-    let view = View::new(c, alpha.min(1.0), masking);
     let (mut all, mut bias) = (0.0, 0.0);
-    for &(x, weight) in rule {
-        let (psi, weight) = towards_both_ends(0.0, view.last_psi, x, weight);
-        let [start, end] = view.interval(psi);
-        for &(x, inner) in rule {
-            let (zeta, inner) = towards_both_ends(start, end, x, inner);
-            let (value, v_dot_h) = view.integrand(psi, zeta);
-            let value = weight * inner * value;
-            all += value;
-            bias += value * (1.0 - v_dot_h).max(0.0).powi(5);
-        }
-    }
+    View::new(c, alpha.min(1.0), masking).for_each(nodes, |value, v_dot_h, _| {
+        all += value;
+        bias += value * (1.0 - v_dot_h).max(0.0).powi(5);
+    });
     Dfg { scale: all - bias, bias }
+}
+
+/// The mean direction of the light that reaches the eye in even light: across the surface, away from the eye, and up;
+/// the mirrored one for a mirror. Its length is the reflectance, times how narrow the lobe is. As [`dfg()`], for a cosine
+/// in `(0, 1)`.
+pub(crate) fn mean_of_lobe(cos_v: f64, alpha: f64, masking: Masking) -> [f64; 2] {
+    let mut sum = [0.0; 2];
+    let view = View::new(cos_v, alpha.min(1.0), masking);
+    if alpha < LEAST_ALPHA {
+        return [view.s, view.c];
+    }
+    view.for_each(NODES, |value, _, [across, up]| {
+        sum[0] += value * across;
+        sum[1] += value * up;
+    });
+    sum
 }
 
 /// The view and the terms that depend on it alone.
@@ -176,6 +176,27 @@ impl View {
         Self { c, s, alpha, eta, lambda: lambda(alpha, c), last_psi: t.sqrt().atan(), norm, masking }
     }
 
+    /// Hands out the integrand for `g = 1` at each node with its weight, `v·h`, and the light: away from the eye, and up.
+    fn for_each(&self, nodes: usize, mut add: impl FnMut(f64, f64, [f64; 2])) {
+        static RULE: OnceLock<Vec<(f64, f64)>> = OnceLock::new();
+        let own;
+        let rule = if nodes == NODES {
+            RULE.get_or_init(|| gauss_legendre(NODES))
+        } else {
+            own = gauss_legendre(nodes);
+            &own
+        };
+        for &(x, weight) in rule {
+            let (psi, weight) = towards_both_ends(0.0, self.last_psi, x, weight);
+            let [start, end] = self.interval(psi);
+            for &(x, inner) in rule {
+                let (zeta, inner) = towards_both_ends(start, end, x, inner);
+                let (value, v_dot_h, light) = self.integrand(psi, zeta);
+                add(weight * inner * value, v_dot_h, light);
+            }
+        }
+    }
+
     /// The range of ζ in which the light is above the surface.
     fn interval(&self, psi: f64) -> [f64; 2] {
         let t = psi.tan().powi(2);
@@ -188,8 +209,8 @@ impl View {
         [low, s + root].map(|numerator| numerator.atan2(denominator * self.alpha))
     }
 
-    /// The integrand for `g = 1`, and `v·h`.
-    fn integrand(&self, psi: f64, zeta: f64) -> (f64, f64) {
+    /// The integrand for `g = 1`, `v·h`, and the light.
+    fn integrand(&self, psi: f64, zeta: f64) -> (f64, f64, [f64; 2]) {
         let (sin_psi, cos_psi) = psi.sin_cos();
         let (sin_zeta, cos_zeta) = zeta.sin_cos();
         let m = [self.alpha * cos_psi * sin_zeta, self.alpha * sin_psi, cos_psi * cos_zeta];
@@ -197,15 +218,16 @@ impl View {
         let v_dot_m = self.s * m[0] + self.c * m[2];
         let cos_l = (2.0 * v_dot_m * m[2] / square - self.c).clamp(0.0, 1.0);
         let v_dot_h = v_dot_m / square.sqrt();
+        let light = [self.s - 2.0 * v_dot_m * m[0] / square, cos_l];
         if cos_l == 0.0 {
-            return (0.0, v_dot_h);
+            return (0.0, v_dot_h, light);
         }
         let lambda_l = lambda(self.alpha, cos_l);
         let lit = match self.masking {
             Masking::Correlated => (1.0 + self.lambda) / (1.0 + self.lambda + lambda_l),
             Masking::Separable => (1.0 + lambda_l).recip(),
         };
-        (self.norm * cos_psi * cos_psi * (zeta - self.eta).cos() * lit, v_dot_h)
+        (self.norm * cos_psi * cos_psi * (zeta - self.eta).cos() * lit, v_dot_h, light)
     }
 }
 

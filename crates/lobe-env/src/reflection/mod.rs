@@ -1,8 +1,9 @@
-//! Reflectance: models ([`brdf`]), their lobes ([`specular_lobe`]), and their reflectance in uniform light ([`dfg`]),
-//! the second factor of the split-sum approximation.
+//! Reflectance: models ([`brdf`]), their lobes ([`specular_lobe`]), their reflectance in uniform light ([`dfg`]), the
+//! second factor of the split-sum approximation, and a table of it and of where lobes point ([`lobe_table`]).
 //!
 //! Read [`brdf`] first. Uses no other room.
 
 pub(crate) mod brdf;
 pub(crate) mod dfg;
+pub(crate) mod lobe_table;
 pub(crate) mod specular_lobe;

@@ -40,7 +40,9 @@ struct Level {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct EnvironmentShape {
-    quadratic: [u32; 4],
+    quadratic: u32,
+    strength: f32,
+    unused: [u32; 2],
     turn: [[f32; 4]; 3],
     level: [LevelShape; MOST_LEVELS],
 }
@@ -64,6 +66,11 @@ impl EnvironmentShape {
             std::array::from_fn(|row| (0..3).map(|k| self.turn[k][row] * v[k]).sum())
         });
         Self { turn, ..*self }
+    }
+
+    /// The shape of the environment with its radiance times a factor.
+    pub(crate) fn with_strength(&self, strength: f64) -> Self {
+        Self { strength: strength as f32, ..*self }
     }
 }
 
@@ -133,7 +140,8 @@ impl Environment {
             };
         }
         let turn = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
-        EnvironmentShape { quadratic: [u32::from(self.roughness == RoughnessLevels::Quadratic), 0, 0, 0], turn, level }
+        let quadratic = u32::from(self.roughness == RoughnessLevels::Quadratic);
+        EnvironmentShape { quadratic, strength: 1.0, unused: [0; 2], turn, level }
     }
 }
 

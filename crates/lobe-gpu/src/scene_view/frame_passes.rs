@@ -20,7 +20,7 @@ const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 const TEXTURES: [&str; 5] = ["samples", "depth", "picture", "display", "drawn"];
 
 /// Bytes from vertex to vertex of the attributes, of which positions are fetched first.
-const STRIDES: &[u64] = &[32, 16, 16, 16];
+const STRIDES: &[u64] = &[32, 16, 16, 16, 16];
 
 /// What is drawn in every frame.
 #[derive(Clone, Debug)]

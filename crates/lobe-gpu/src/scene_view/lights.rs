@@ -18,6 +18,8 @@ pub(crate) enum LightUse {
     Irradiance(usize),
     /// All light, then the negative of that of the suns, for transfer with its part without reflections.
     Reflected(usize),
+    /// All light, then its negative: what transfer has beside its part without reflections.
+    Others(usize),
     /// All light, the suns too.
     Lobe(usize, Zonal),
     /// The radiance of vertices comes from elsewhere.
@@ -45,6 +47,12 @@ impl Lights {
                     let less: ShVec<Rgb<f64>> = light.of_suns().map(|c| c.scale(-1.0));
                     let mut vectors = light_vectors(light.whole().coefficients(), *order);
                     vectors.extend(light_vectors(less.coefficients(), *order));
+                    renderer.update(name, &vectors)?;
+                }
+                LightUse::Others(order) => {
+                    let whole = light.whole();
+                    let mut vectors = light_vectors(whole.coefficients(), *order);
+                    vectors.extend(light_vectors(whole.map(|c| c.scale(-1.0)).coefficients(), *order));
                     renderer.update(name, &vectors)?;
                 }
                 LightUse::Lobe(order, lobe) => {

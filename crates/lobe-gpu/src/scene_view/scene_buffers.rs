@@ -1,7 +1,7 @@
 //! A scene in buffers: vertices, triangles, materials and textures.
 
 use bytemuck::{Pod, Zeroable};
-use lobe_scene::{Alpha, Mesh, Scene, TextureUse, Wrap};
+use lobe_scene::{Alpha, Mesh, Scene, Texture, TextureUse, Wrap};
 
 use crate::error::GpuError;
 use crate::renderer::kernel::Slot;
@@ -109,14 +109,14 @@ pub(crate) fn vertices_of(scene: &Scene) -> Vec<Vertex> {
 /// What multiplies the base color at the vertices of a mesh, and where those are in pictures.
 fn paints(scene: &Scene, mesh: usize) -> Vec<Paint> {
     let (places, mesh) = (places_in_texture(scene, mesh), &scene.meshes()[mesh]);
-    let of = |uvs: &[[f32; 2]], i: usize| {
-        let [u, v] = uvs.get(i).copied().unwrap_or([0.0; 2]);
-        [u, v, 0.0, 0.0]
+    let of = |places: &[[f32; 2]], uvs: &[[f32; 2]], i: usize| {
+        let [[x, y], [u, v]] = [places, uvs].map(|places| places.get(i).copied().unwrap_or([0.0; 2]));
+        [x, y, u, v]
     };
     let paint = |i: usize| Paint {
         color: mesh.colors().get(i).copied().unwrap_or([1.0; 4]),
-        place: of(&places, i),
-        lightmap: of(mesh.lightmap_uvs(), i),
+        place: of(&places, mesh.uvs(0), i),
+        lightmap: of(mesh.lightmap_uvs(), mesh.uvs(1), i),
     };
     (0..mesh.positions().len()).map(paint).collect()
 }
@@ -156,12 +156,7 @@ fn material_shape(scene: &Scene, mesh: usize, start: impl Fn(usize) -> u32) -> M
     let mut shape = MaterialShape { base_color: material.base_color, ..MaterialShape::zeroed() };
     if let Some(used) = texture_of(scene, mesh) {
         let texture = &scene.textures()[used.texture];
-        let wrap = texture.wrap().map(|wrap| match wrap {
-            Wrap::Repeat => 0,
-            Wrap::Mirror => 1,
-            Wrap::Clamp => 2,
-        });
-        shape.picture = [start(used.texture), texture.width() as u32, texture.height() as u32, wrap[0] + 3 * wrap[1]];
+        shape.picture = [start(used.texture), texture.width() as u32, texture.height() as u32, wrap_number(texture)];
         shape.flags[0] = 1;
     }
     shape.flags[1] = u32::from(material.double_sided);
@@ -172,9 +167,19 @@ fn material_shape(scene: &Scene, mesh: usize, start: impl Fn(usize) -> u32) -> M
     shape
 }
 
+/// How a texture continues, as shaders have it.
+pub(crate) fn wrap_number(texture: &Texture) -> u32 {
+    let [u, v] = texture.wrap().map(|wrap| match wrap {
+        Wrap::Repeat => 0,
+        Wrap::Mirror => 1,
+        Wrap::Clamp => 2,
+    });
+    u + 3 * v
+}
+
 #[cfg(test)]
 mod tests {
-    use lobe_scene::{Material, MeshParts, Texture};
+    use lobe_scene::{Material, MeshParts};
 
     use super::*;
     use crate::renderer::pieces::Piece;

@@ -23,6 +23,9 @@ use crate::scene_view::suns_apart::{SunsApart, limited};
 use crate::scene_view::surface_pieces::{PlaceOrder, SurfacePieces};
 use crate::scene_view::surface_shading::SurfaceShading;
 
+/// The shape of the environment that is reflected.
+const REFLECTED: &str = "reflected shape";
+
 /// A scene on a device, ready to be seen under any light by any camera.
 ///
 /// It shows what `lobe-render` shows: `light_by_irradiance`, `light_baked_scene`, or a scene of microfacets. Surfaces that are not
@@ -107,7 +110,7 @@ impl SceneView {
         }
         let frame = FramePasses { shadows, surfaces, backdrop: backdrop.map(backdrop_shader) };
         frame.add_to(&mut renderer, options)?;
-        let skies = [("sky shape", backdrop), ("reflected shape", shading.reflected())];
+        let skies = [("sky shape", backdrop), (REFLECTED, shading.reflected())];
         let skies = skies.into_iter().filter_map(|(name, sky)| Some((name, sky?.shape()))).collect();
         let vertices = scene.vertex_count();
         let order = pieces.order;
@@ -256,6 +259,16 @@ impl SceneView {
             self.renderer.update(name, &[shape.turned(turn)])?;
         }
         Ok(())
+    }
+
+    /// Sets a factor of what shiny surfaces reflect, such as that of the light: 1 before it is set. It shows when the
+    /// backdrop is [turned](SceneView::turn_backdrop) next.
+    pub fn set_reflection_strength(&mut self, strength: f64) {
+        for (name, shape) in &mut self.skies {
+            if *name == REFLECTED {
+                *shape = shape.with_strength(strength);
+            }
+        }
     }
 
     /// Sets the tone mapping of the display. An exposure that depends on a picture is that of black: fix it with

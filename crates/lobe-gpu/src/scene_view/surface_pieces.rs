@@ -163,6 +163,15 @@ pub(crate) fn texture_of(scene: &Scene, mesh: usize) -> Option<TextureUse> {
     scene.material(mesh).base_color_texture.filter(|used| !uvs(used).is_empty())
 }
 
+/// The least range that has all textures that the material of a mesh names.
+fn textures_of(scene: &Scene, mesh: usize) -> Range<usize> {
+    let material = scene.material(mesh);
+    let finish = [material.metallic_texture, material.roughness_texture, material.emissive_texture];
+    let occlusion = material.occlusion_map.map(|map| map.used);
+    let named = finish.into_iter().chain([occlusion, texture_of(scene, mesh)]).flatten();
+    named.fold(0..0, |all, used| joined(&all, &(used.texture..used.texture + 1)))
+}
+
 /// Pieces while they are made: triangles go to the last one until it is full.
 struct Cutter<'a> {
     scene: &'a Scene,
@@ -173,12 +182,12 @@ struct Cutter<'a> {
     placed: Vec<[u32; 2]>,
 }
 
-/// A triangle: its number, its mesh, the first vertex of that, the texture, the rows of the lightmap.
+/// A triangle: its number, its mesh, the first vertex of that, the textures, the rows of the lightmap.
 struct Triangle {
     number: u32,
     mesh: usize,
     corners: [u32; 3],
-    texture: Option<usize>,
+    textures: Range<usize>,
     rows: Range<usize>,
 }
 
@@ -198,10 +207,16 @@ impl<'a> Cutter<'a> {
         let (scene, mut first, mut number) = (self.scene, 0, 0);
         let mut triangles = Vec::with_capacity(scene.triangle_count());
         for (mesh, of) in scene.meshes().iter().enumerate() {
-            let texture = texture_of(scene, mesh).map(|used| used.texture);
+            let textures = textures_of(scene, mesh);
             for corners in of.triangles() {
                 let rows = rows_of(of, corners, self.most.width);
-                triangles.push(Triangle { number, mesh, corners: corners.map(|c| first + c), texture, rows });
+                triangles.push(Triangle {
+                    number,
+                    mesh,
+                    corners: corners.map(|c| first + c),
+                    textures: textures.clone(),
+                    rows,
+                });
                 number += 1;
             }
             first += of.positions().len() as u32;
@@ -222,8 +237,7 @@ impl<'a> Cutter<'a> {
             self.close();
             let places = Piece { number: self.out.pieces.len(), items: self.order.len()..self.order.len() };
             let (at, mesh) = (self.out.corners.len(), triangle.mesh);
-            let textures = triangle.texture.map_or(0..0, |texture| texture..texture + 1);
-            let rows = triangle.rows.clone();
+            let (textures, rows) = (triangle.textures.clone(), triangle.rows.clone());
             self.out.pieces.push(SurfacePiece { places, triangles: at..at, meshes: mesh..mesh + 1, textures, rows });
         }
         let number = self.out.pieces.len() as u32;
@@ -246,7 +260,7 @@ impl<'a> Cutter<'a> {
             let of_piece = &mut self.out.corners[piece.triangles.start..];
             of_piece.iter_mut().for_each(|corner| corner[3] += shift);
         }
-        piece.textures = joined(&piece.textures, &triangle.texture.map_or(0..0, |texture| texture..texture + 1));
+        piece.textures = joined(&piece.textures, &triangle.textures);
         piece.rows = joined(&piece.rows, &triangle.rows);
         let mesh = (triangle.mesh - piece.meshes.start) as u32;
         self.out.corners.push([places[0], places[1], places[2], mesh]);
@@ -261,7 +275,7 @@ impl<'a> Cutter<'a> {
         let is_new = |vertex: &&u32| self.placed[**vertex as usize][0] != number;
         let places = piece.places.items.len() + triangle.corners.iter().filter(is_new).count();
         let meshes = joined(&piece.meshes, &(triangle.mesh..triangle.mesh + 1));
-        let textures = joined(&piece.textures, &triangle.texture.map_or(0..0, |texture| texture..texture + 1));
+        let textures = joined(&piece.textures, &triangle.textures);
         let is_apart = meshes.len() > 1 && meshes.clone().any(|mesh| most.alone.contains(&mesh));
         places <= most.places
             && piece.triangles.len() < most.triangles
@@ -280,8 +294,8 @@ impl<'a> Cutter<'a> {
     /// Refuses what no piece has room for.
     fn check(&self, triangle: &Triangle) -> Result<(), GpuError> {
         let refuse = |place: &str, message: String| Err(GpuError::Unsupported { place: place.into(), message });
-        if let Some(texture) = triangle.texture {
-            let (found, most) = (texel_starts(self.scene, texture..texture + 1).1, self.most.texels);
+        if !triangle.textures.is_empty() {
+            let (found, most) = (texel_starts(self.scene, triangle.textures.clone()).1, self.most.texels);
             if found > most {
                 return refuse(
                     "texels",

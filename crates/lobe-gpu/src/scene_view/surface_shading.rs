@@ -20,6 +20,8 @@ use crate::renderer::pieces::{VALUE, aligned_items};
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
 use crate::scene_view::expected::{check_meshes, expect, expect_values, vectors};
+use crate::scene_view::finishes::{EMISSIONS, FINISHES};
+use crate::scene_view::gltf_shading::{GltfShading, OTHERS_LIGHT, VISIBILITY};
 use crate::scene_view::lights::{LightUse, Lights};
 use crate::scene_view::scene_buffers::{CORNERS, MATERIAL, PAINT, TEXEL, VERTEX, add_surfaces, surface_reads};
 use crate::scene_view::sunlit_vertices::{ALBEDOS, NORMALS, add_sunlit_vertices, is_plain, with_sides};
@@ -55,6 +57,8 @@ pub enum SurfaceShading<'a> {
     /// The radiance of each vertex, computed elsewhere, such as by what moves; [set](crate::SceneView::set_radiance) anew as often as
     /// it changes. The light is not used.
     Radiance(&'a [Rgb<f32>]),
+    /// Metals and plastics, by transfer vectors at vertices and the light as shiny surfaces reflect it.
+    Gltf(GltfShading<'a>),
     /// Microfacets of one roughness `√α` that reflect a prefiltered environment, without shadows, with the base color as reflectance
     /// along the normal.
     Specular(&'a SplitSum, f64),
@@ -106,7 +110,7 @@ impl SurfaceShading<'_> {
             (_, SunsApart::No) => true,
             (Self::Glossy(..) | Self::Specular(..), _) => false,
             (_, SunsApart::Reflected(..)) => {
-                matches!(self, Self::Vertices(..) | Self::Demodulated(..) | Self::Lightmap(..))
+                matches!(self, Self::Vertices(..) | Self::Demodulated(..) | Self::Lightmap(..) | Self::Gltf(_))
             }
             _ => true,
         };
@@ -121,6 +125,7 @@ impl SurfaceShading<'_> {
     pub(crate) fn reflected(&self) -> Option<&Environment> {
         match self {
             Self::Specular(split, _) => Some(&split.environment),
+            Self::Gltf(gltf) => Some(&gltf.reflections.environment),
             _ => None,
         }
     }
@@ -140,10 +145,11 @@ impl SurfaceShading<'_> {
         if !context.has_storage() {
             let order = match self {
                 Self::Irradiance(order) => *order,
-                Self::Vertices(transfer, ..) => transfer.order(),
+                Self::Vertices(transfer, ..) | Self::Gltf(GltfShading { transfer, .. }) => transfer.order(),
                 _ => return Most::of_places(usize::MAX),
             };
-            let parts = 1 + usize::from(suns.direct().is_some());
+            let of_others = if let Self::Gltf(gltf) = self { gltf.direct_of_others() } else { None };
+            let parts = 1 + usize::from(suns.direct().or(of_others).is_some());
             return Most::of_places(vertices_in_texture(context, parts * order.pow(2)));
         }
         if !self.binds_surfaces(context, scene, suns) {
@@ -154,6 +160,7 @@ impl SurfaceShading<'_> {
         let (mut alone, mut rows, mut width) = (Vec::new(), usize::MAX, 0);
         match self {
             Self::Glossy(matrices, ..) => of_place.push(incident_bytes(matrices)),
+            Self::Gltf(_) => of_place.push(VISIBILITY),
             Self::Vertices(_, glossy, _) => {
                 of_place.extend(glossy.iter().map(|glossy| incident_bytes(glossy.matrices)));
                 alone.extend(glossy.iter().map(|glossy| glossy.mesh));
@@ -218,6 +225,7 @@ impl Prepared<'_> {
                 self.lights.0.push((String::new(), LightUse::Given));
                 self.add_vertices(&[])
             }
+            SurfaceShading::Gltf(gltf) => self.add_gltf(&gltf.with_direct(self.suns.direct())),
             SurfaceShading::Specular(split, roughness) => self.add_specular(split, roughness),
         }
     }
@@ -247,7 +255,34 @@ impl Prepared<'_> {
         let order = &self.surfaces.order;
         let rows: Rows<'_> = (order.len(transfer.receivers()), &|r| order.vertex(r));
         let transfer = ReflectingTransfer::new(transfer, self.suns.direct())?;
-        add_transfer(self.renderer, &transfer, storage, rows, "radiance")
+        add_transfer(self.renderer, &transfer, storage, rows, &[("light", "radiance")])
+    }
+
+    fn add_gltf(&mut self, gltf: &GltfShading<'_>) -> Result<(), GpuError> {
+        expect("vertices", self.scene.vertex_count(), gltf.transfer.receivers())?;
+        self.add_light(gltf.transfer);
+        let transfer = ReflectingTransfer::new(gltf.transfer, self.suns.direct().or(gltf.direct_of_others()))?;
+        let mut lit = vec![("light", "radiance")];
+        if gltf.direct_of_others().is_some() {
+            lit.push((OTHERS_LIGHT, "others"));
+            self.lights.0.push((OTHERS_LIGHT.into(), LightUse::Others(gltf.transfer.order())));
+        }
+        if !self.renderer.context().has_storage() {
+            lit.iter().try_for_each(|(light, _)| add_light(self.renderer, light))?;
+            gltf.add_vertices_to(self.renderer, self.scene, self.surfaces)?;
+            add_sunlit_vertices(self.renderer, self.scene, self.surfaces)?;
+            let program = (gltf.shader_of_vertices(&self.suns), gltf.reads_of_vertices());
+            let attributes = &["vertices", NORMALS, ALBEDOS, FINISHES, EMISSIONS];
+            return self.add_texture_by((&transfer, gltf.storage), program, attributes);
+        }
+        let order = &self.surfaces.order;
+        let rows: Rows<'_> = (order.len(gltf.transfer.receivers()), &|r| order.vertex(r));
+        add_transfer(self.renderer, &transfer, gltf.storage, rows, &lit)?;
+        gltf.add_to(self.renderer, self.scene, self.surfaces)?;
+        let (shader, all) = (gltf.constants(Shader::new(&["shade_gltf"])), 0..self.scene.meshes().len());
+        let lit = Lit { shader, suns: self.suns, sunlight: "sunlit_gltf" };
+        self.add_passes_in("surfaces", lit, &all, |pieces, piece| gltf.reads(pieces, piece));
+        Ok(())
     }
 
     fn add_transfer(&mut self, transfer: &Transfer, storage: Storage, without: &[usize]) -> Result<(), GpuError> {
@@ -262,7 +297,6 @@ impl Prepared<'_> {
 
     /// Draws vertices by transfer in textures.
     fn add_texture(&mut self, transfer: &Transfer, storage: Storage) -> Result<(), GpuError> {
-        let ranges = self.upload_indices(&[])?;
         let transfer = ReflectingTransfer::new(transfer, self.suns.direct())?;
         let (module, attributes): (_, &'static [&'static str]) = if self.suns.count() > 0 {
             add_sunlit_vertices(self.renderer, self.scene, self.surfaces)?;
@@ -270,18 +304,29 @@ impl Prepared<'_> {
         } else {
             ("draw_transfer", &["vertices"])
         };
+        self.add_texture_by((&transfer, storage), (Shader::new(&[module]), Vec::new()), attributes)
+    }
+
+    /// The same by a shader, and what it binds after the transfer and the light.
+    fn add_texture_by(
+        &mut self,
+        (transfer, storage): (&ReflectingTransfer<'_>, Storage),
+        (shader, more): (Shader, Vec<(Use, Slot)>),
+        attributes: &'static [&'static str],
+    ) -> Result<(), GpuError> {
+        let ranges = self.upload_indices(&[])?;
+        let shader = with_sides(shader, self.scene).constant("COEFFICIENTS", transfer.coefficients());
         for (piece, range) in self.surfaces.pieces.iter().zip(ranges) {
             let name = self.surfaces.name(piece, "transfer");
             let places = piece.places.items.clone();
             let of: &dyn Fn(usize) -> usize = &|place| self.surfaces.order.vertex(place);
-            add_transfer_texture(self.renderer, &transfer, storage, (places.clone(), of), &name)?;
+            add_transfer_texture(self.renderer, transfer, storage, (places.clone(), of), &name)?;
             self.renderer.uniform(&format!("{name} shape"), &[places.start as u32, 0, 0, 0])?;
             let shape = whole(&format!("{name} shape"));
             let mut reads =
                 vec![(whole(&name), Slot::Texture), (whole("light"), Slot::Uniform), (shape, Slot::Uniform)];
-            let shader = with_sides(Shader::new(&[module]), self.scene);
-            let shader = shader.constant("COEFFICIENTS", transfer.coefficients());
-            let shader = self.suns.added_to(shader, &mut reads);
+            reads.extend(more.iter().cloned());
+            let shader = self.suns.added_to(shader.clone(), &mut reads);
             let name = self.surfaces.name(piece, "surfaces");
             let corners = Corners::Indexed(range, "indices", attributes);
             self.passes.push(SurfacePass { name, shader, reads, corners });
@@ -343,7 +388,7 @@ impl Prepared<'_> {
         let width = lightmap.width();
         expect("texels", width.pow(2), transfer.receivers())?;
         let all = ReflectingTransfer::new(transfer, self.suns.direct())?;
-        add_transfer(self.renderer, &all, storage, (all.receivers(), &|r| r), "radiance")?;
+        add_transfer(self.renderer, &all, storage, (all.receivers(), &|r| r), &[("light", "radiance")])?;
         self.renderer.upload("charts of texels", lightmap.charts_of_texels())?;
         let charts = lightmap.charts_of_triangles();
         for piece in &self.surfaces.pieces {
@@ -412,7 +457,8 @@ impl Prepared<'_> {
         self.lights.0.push((format!("light{of}"), LightUse::Lobe(order, lobe.zonal(order))));
         let vector = incident_bytes(matrices);
         let shader = Shader::new(&["shade_glossy"]).order(order);
-        self.add_passes_in(name, (shader, SunsApart::No), &meshes, |pieces, piece| {
+        let lit = Lit { shader, suns: SunsApart::No, sunlight: MATTE };
+        self.add_passes_in(name, lit, &meshes, |pieces, piece| {
             let places = piece.places.items.start - begin..piece.places.items.end - begin;
             let part = vector * places.start as u64..vector * places.end as u64;
             let bytes = if pieces.is_whole() { None } else { Some(part) };
@@ -424,15 +470,14 @@ impl Prepared<'_> {
     }
 
     fn add_specular(&mut self, split: &SplitSum, roughness: f64) -> Result<(), GpuError> {
-        split.environment.add_to(self.renderer, "reflected")?;
-        SplitSum::add_dfg_to(&split.dfg, self.renderer, "dfg")?;
+        split.add_to(self.renderer)?;
         self.renderer.uniform("gloss", &[1.0, roughness as f32, 0.0, 0.0])?;
         let shader = split.environment.constants(Shader::new(&["shade_specular"]));
         let reads = [
             ("reflected", Slot::Texture),
             ("reflected shape", Slot::Uniform),
             ("gloss", Slot::Uniform),
-            ("dfg", Slot::Texture),
+            ("lobes", Slot::Texture),
         ];
         let all = 0..self.scene.meshes().len();
         self.add_passes("surfaces", shader, &all, |_, _| reads.map(|(name, slot)| (whole(name), slot)).into());
@@ -447,19 +492,19 @@ impl Prepared<'_> {
         meshes: &Range<usize>,
         reads: impl Fn(&SurfacePieces, &SurfacePiece) -> Vec<(Use, Slot)>,
     ) {
-        self.add_passes_in(name, (shader, self.suns), meshes, reads);
+        self.add_passes_in(name, Lit { shader, suns: self.suns, sunlight: MATTE }, meshes, reads);
     }
 
     /// The same with these suns apart.
     fn add_passes_in(
         &mut self,
         name: &str,
-        (shader, suns): (Shader, SunsApart<'_>),
+        Lit { shader, suns, sunlight }: Lit<'_>,
         meshes: &Range<usize>,
         reads: impl Fn(&SurfacePieces, &SurfacePiece) -> Vec<(Use, Slot)>,
     ) {
         let has_suns = suns.count() > 0;
-        let shader = if has_suns { shader.module("sunlit_surface") } else { shader };
+        let shader = if has_suns { shader.module(sunlight) } else { shader };
         let sum = if has_suns { "shade(s) + sunlight(s)" } else { "shade(s)" };
         let lit = format!("\nfn lit(s: Surface) -> vec3f {{\n    return {sum};\n}}\n");
         let shader = shader.module("draw_surface").with(&lit);
@@ -476,6 +521,16 @@ impl Prepared<'_> {
         }
     }
 }
+
+/// A shader that has `shade`, suns beside it, and the module that has `sunlight`.
+struct Lit<'a> {
+    shader: Shader,
+    suns: SunsApart<'a>,
+    sunlight: &'static str,
+}
+
+/// The module with the light of suns on matte surfaces.
+const MATTE: &str = "sunlit_matte";
 
 /// The radiance of the places of a piece.
 fn radiance_of(surfaces: &SurfacePieces, piece: &SurfacePiece) -> (Use, Slot) {

@@ -47,17 +47,19 @@ pub(crate) fn add_light(renderer: &mut Renderer, name: &str) -> Result<(), GpuEr
 /// So many rows, and the receiver that each of them is.
 pub(crate) type Rows<'a> = (usize, &'a dyn Fn(usize) -> usize);
 
-/// Passes that shade receivers of transfer vectors into the rows of the buffer `radiance`.
+/// Passes that shade receivers of transfer vectors: by each of these lights, into the rows of the buffer beside it.
 pub(crate) fn add_transfer(
     renderer: &mut Renderer,
     transfer: &ReflectingTransfer<'_>,
     storage: Storage,
     (rows, receiver): Rows<'_>,
-    radiance: &str,
+    lit: &[(&str, &str)],
 ) -> Result<(), GpuError> {
     let (coefficients, channels) = (transfer.coefficients(), transfer.channels());
-    add_light(renderer, "light")?;
-    renderer.allocate(radiance, VALUE * rows as u64)?;
+    for (light, radiance) in lit {
+        add_light(renderer, light)?;
+        renderer.allocate(radiance, VALUE * rows as u64)?;
+    }
     let mut numbers = Vec::with_capacity(channels * coefficients);
     let row = |r: usize, out: &mut Vec<u32>| {
         numbers.clear();
@@ -67,7 +69,11 @@ pub(crate) fn add_transfer(
     let words = words_of(channels * coefficients, storage);
     let pieces = upload_rows(renderer, "transfer", rows, (words, VALUE), row)?;
     let kernel = transfer_kernel(renderer.context(), coefficients, channels, storage)?;
-    add_passes(renderer, &kernel, "light", ("transfer", &pieces), radiance)
+    for (number, (light, radiance)) in lit.iter().enumerate() {
+        let title = if number == 0 { "transfer" } else { radiance };
+        add_passes(renderer, &kernel, (title, light), ("transfer", &pieces), radiance)?;
+    }
+    Ok(())
 }
 
 fn transfer_kernel(
@@ -83,17 +89,17 @@ fn transfer_kernel(
     Kernel::new(context, "transfer", &shader, &TRANSFER_SLOTS)
 }
 
-/// One pass for each piece.
+/// One pass for each piece, of this title.
 fn add_passes(
     renderer: &mut Renderer,
     kernel: &Kernel,
-    input: &str,
+    (title, input): (&str, &str),
     (name, pieces): (&str, &[Piece]),
     radiance: &str,
 ) -> Result<(), GpuError> {
     for piece in pieces {
         let (words, shape) = (piece.of(name), piece.of(&format!("{name} shape")));
-        let pass = Pass::compute(&words, kernel, piece.count()).read(&shape).read(input);
+        let pass = Pass::compute(piece.of(title), kernel, piece.count()).read(&shape).read(input);
         renderer.add(pass.read(&words).write_part(radiance, piece.values()))?;
     }
     Ok(())
@@ -119,7 +125,7 @@ pub(crate) fn add_clustered(
     let bases = upload_rows(renderer, "clusters", vectors, (table.width(), VALUE), basis)?;
     let (coefficients, channels) = (transfer.order().pow(2), transfer.channels().count());
     let kernel = transfer_kernel(renderer.context(), coefficients, channels, Storage::F32)?;
-    add_passes(renderer, &kernel, "light", ("clusters", &bases), "cluster colors")?;
+    add_passes(renderer, &kernel, ("clusters", "light"), ("clusters", &bases), "cluster colors")?;
     // The receivers.
     let in_word = match table.weights() {
         TableWeights::U8(_) => 4,
@@ -141,7 +147,7 @@ pub(crate) fn add_clustered(
     let pieces = upload_rows(renderer, "weights", rows, (1 + components.div_ceil(in_word), VALUE), row)?;
     let shader = Shader::new(&["clustered"]).constant("COMPONENTS", components).constant("WEIGHTS_IN_WORD", in_word);
     let kernel = Kernel::new(renderer.context(), "clustered", &shader, &CLUSTERED_SLOTS)?;
-    add_passes(renderer, &kernel, "cluster colors", ("weights", &pieces), radiance)
+    add_passes(renderer, &kernel, ("weights", "cluster colors"), ("weights", &pieces), radiance)
 }
 
 /// Integers of `bits` bits in a word, the first in the lowest.

@@ -27,7 +27,9 @@ struct EnvironmentLevel {
 
 struct Environment {
     // 1 if levels are quadratic in roughness.
-    quadratic: vec4u,
+    quadratic: u32,
+    // The factor of the radiance.
+    strength: f32,
     // From the world to the frame of the map: three columns.
     turn: mat3x3f,
     level: array<EnvironmentLevel, MOST_LEVELS>,
@@ -41,7 +43,7 @@ fn environment_texel(texels: texture_2d<f32>, level: EnvironmentLevel, x: i32, y
 fn environment_radiance(texels: texture_2d<f32>, environment: Environment, s: vec3f, lod: f32) -> vec3f {
     let d = environment.turn * s;
     if LEVELS == 1u {
-        return level_radiance(texels, environment.level[0], d);
+        return environment.strength * level_radiance(texels, environment.level[0], d);
     }
     let place = clamp(lod, 0.0, f32(LEVELS - 1u));
     let low = u32(place);
@@ -51,7 +53,7 @@ fn environment_radiance(texels: texture_2d<f32>, environment: Environment, s: ve
     for (var k = 0u; k < count; k++) {
         sum += select(t, 1.0 - t, k == 0u) * level_radiance(texels, environment.level[low + k], d);
     }
-    return sum;
+    return environment.strength * sum;
 }
 
 fn level_radiance(texels: texture_2d<f32>, level: EnvironmentLevel, s: vec3f) -> vec3f {

@@ -7,7 +7,7 @@ struct Vertex {
     normal: vec4f,
 }
 
-// Color, the place in a texture, and in a lightmap.
+// Color; the place in the texture of that, and in a lightmap, each with a set of coordinates as they are.
 struct Paint {
     color: vec4f,
     place: vec4f,
@@ -118,10 +118,15 @@ fn color_at(material: Material, corner: vec3u, weights: vec3f) -> vec4f {
 
 // Bilinear in linear light, `lobe_scene::Texture::sample`.
 fn picture_at(picture: vec4u, uv: vec2f) -> vec4f {
+    return picture_between(picture, uv, false);
+}
+
+// The same, or of the numbers as they are stored.
+fn picture_between(picture: vec4u, uv: vec2f, is_stored: bool) -> vec4f {
     let x = neighbors(uv.x, i32(picture.y), picture.w % 3u);
     let y = neighbors(uv.y, i32(picture.z), picture.w / 3u);
-    let above = mix(picture_texel(picture, x.low, y.low), picture_texel(picture, x.high, y.low), x.f);
-    let below = mix(picture_texel(picture, x.low, y.high), picture_texel(picture, x.high, y.high), x.f);
+    let above = mix(picture_texel(picture, x.low, y.low, is_stored), picture_texel(picture, x.high, y.low, is_stored), x.f);
+    let below = mix(picture_texel(picture, x.low, y.high, is_stored), picture_texel(picture, x.high, y.high, is_stored), x.f);
     return mix(above, below, y.f);
 }
 
@@ -156,8 +161,8 @@ fn continued(k: i32, size: i32, wrap: u32) -> i32 {
     }
 }
 
-fn picture_texel(picture: vec4u, x: i32, y: i32) -> vec4f {
+fn picture_texel(picture: vec4u, x: i32, y: i32, is_stored: bool) -> vec4f {
     let s = unpack4x8unorm(texels[picture.x + u32(y) * picture.y + u32(x)]);
     let linear = select(pow((s.rgb + 0.055) / 1.055, vec3f(2.4)), s.rgb / 12.92, s.rgb <= vec3f(0.04045));
-    return vec4f(linear, s.a);
+    return vec4f(select(linear, s.rgb, is_stored), s.a);
 }

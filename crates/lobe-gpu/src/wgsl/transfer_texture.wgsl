@@ -5,13 +5,17 @@
 // The first vertex of the texture.
 @group(0) @binding(3) var<uniform> piece: vec4u;
 
-fn sent_back(number: u32) -> vec3f {
+// Coefficient i of a vertex.
+fn transferred(number: u32, i: u32) -> vec3f {
     let columns = textureDimensions(transfer).x / COEFFICIENTS;
     let own = number - piece.x;
-    let first = vec2u(own % columns * COEFFICIENTS, own / columns);
+    return textureLoad(transfer, vec2u(own % columns * COEFFICIENTS + i, own / columns), 0).rgb;
+}
+
+fn sent_back(number: u32) -> vec3f {
     var radiance = vec3f(0.0);
     for (var i = 0u; i < COEFFICIENTS; i++) {
-        radiance += light[i].rgb * textureLoad(transfer, first + vec2u(i, 0u), 0).rgb;
+        radiance += light[i].rgb * transferred(number, i);
     }
     return radiance;
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod context;
+mod gltf;
 mod lookup;
 mod moving;
 mod multisampling;

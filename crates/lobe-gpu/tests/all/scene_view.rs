@@ -1,6 +1,6 @@
 //! Pictures of scenes against those by rays.
 
-use lobe_env::{CubeMap, DfgTable, EnvMap, PrefilterOptions, RoughnessLevels, prefilter_ggx, project_env};
+use lobe_env::{CubeMap, DfgTable, EnvMap, LobeTable, PrefilterOptions, RoughnessLevels, prefilter_ggx, project_env};
 use lobe_gpu::{
     BenchReport, Environment, GlossyMesh, GpuCamera, GpuError, SceneView, SceneViewOptions, SplitSum, Storage,
     SurfaceShading, TurntableOptions, ViewOutput, render_turntable,
@@ -281,7 +281,7 @@ fn reflections_of_the_environment_are_those_of_the_processor() {
     let prefilter = PrefilterOptions::default().size(16).last_size(4);
     let cube = CubeMap::from_fn(16, |s| sky.radiance(s));
     let levels = prefilter_ggx(&cube, &prefilter, Job::default()).unwrap();
-    let dfg = DfgTable::new(32);
+    let lobes = LobeTable::correlated();
     assert_eq!(levels.levels().len(), 3, "levels");
     let environment = Environment::from(&*sky);
     // On levels, between them, and at both ends.
@@ -293,7 +293,7 @@ fn reflections_of_the_environment_are_those_of_the_processor() {
         (RoughnessLevels::Quadratic, 0.3, 0.0),
         (RoughnessLevels::Quadratic, 0.85, 0.0),
     ] {
-        let split = SplitSum { environment: Environment::of_levels(&levels, spacing).unwrap(), dfg: dfg.clone() };
+        let split = SplitSum { environment: Environment::of_levels(&levels, spacing).unwrap(), lobes: lobes.clone() };
         let shading = SurfaceShading::Specular(&split, roughness);
         let view = SceneView::new(&context, &scene, &shading, Some(&environment), &options()).unwrap();
         view.set_camera(&gpu).unwrap();
@@ -303,10 +303,10 @@ fn reflections_of_the_environment_are_those_of_the_processor() {
         let level = spacing.level_for_roughness(roughness, 3);
         let low = (level as usize).min(1);
         let shade = |s: &Seen<'_>| {
-            let r = back.rotate_dir(s.reflected());
+            let r = back.rotate_dir(lobes.axis(s.reflected(), s.normal, roughness));
             let at = |k: usize| -> Rgb<f64> { levels.levels()[k].radiance(r).widen() };
             let g = at(low).scale(1.0 - (level - low as f64)) + at(low + 1).scale(level - low as f64);
-            g * dfg.lookup(s.normal.dot(s.view), roughness).reflectance(s.albedo)
+            g * lobes.dfg(s.normal.dot(s.view), roughness).reflectance(s.albedo)
         };
         let background = |s| sky.radiance(back.rotate_dir(s)).widen();
         let expected = traced(&scene, cpu, RAYS, background, shade);

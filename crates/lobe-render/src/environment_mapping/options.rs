@@ -1,16 +1,13 @@
 //! Options of environment mapping: the model of reflection, and how the maps are stored.
 
 use derive_setters::Setters;
-use lobe_env::Mapping;
+use lobe_env::{Mapping, PrefilterOptions};
 
 use crate::error::RenderError;
 use crate::path_tracer::surfaces::Surfaces;
 
-/// Levels of roughness, the mirror among them.
-pub(crate) const LEVELS: usize = 5;
-
 /// The least size of a face: each level has half of that before, and the last a texel at least.
-const LEAST_SIZE: usize = 1 << (LEVELS - 1);
+const LEAST_SIZE: usize = 1 << (PrefilterOptions::REFLECTION_LEVELS - 1);
 
 /// Bytes that resampling and prefiltering take at most for each texel that they start from: the texel itself and its copy, its
 /// energy, its factor and four vectors of the solver; of a cube the nodes of its tree.

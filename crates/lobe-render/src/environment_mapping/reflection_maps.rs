@@ -2,22 +2,15 @@
 //! them.
 
 use lobe_env::{
-    EnvError, EnvMap, MappedMap, Mapping, PrefilterOptions, Resample, RoughnessLevels, cube_source, dfg, prefilter_ggx,
-    resample,
+    EnvError, EnvMap, LobeTable, MappedMap, Mapping, PrefilterOptions, Resample, RoughnessLevels, cube_source,
+    prefilter_ggx, resample,
 };
 use lobe_io::Job;
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
-use crate::environment_mapping::lobe_table::LobeTable;
-use crate::environment_mapping::options::{EnvironmentMapOptions, LEVELS};
-use crate::environment_mapping::reflectance_table::ReflectanceTable;
+use crate::environment_mapping::options::EnvironmentMapOptions;
 use crate::path_tracer::sphere_table::cell;
-
-/// The roughness of the levels: 0, 0.13, 0.29, 0.5 and 1.
-const ROUGHNESS: RoughnessLevels = RoughnessLevels::Quadratic;
-
-/// Up to this roughness, α = 10⁻⁴, [`dfg()`] is that of a mirror, whose formula needs no table.
-const MIRROR: f64 = 0.01;
+use crate::path_tracer::surfaces::Surfaces;
 
 /// The light by direction and roughness, and the reflectance by angle and roughness.
 #[derive(Clone, Debug)]
@@ -25,8 +18,9 @@ pub(crate) struct ReflectionMaps {
     mirror: Mirror,
     /// The levels after that of the mirror.
     rough: Vec<MappedMap>,
-    table: ReflectanceTable,
     lobes: LobeTable,
+    /// The roughness of the levels.
+    spacing: RoughnessLevels,
 }
 
 /// What a mirror shows.
@@ -42,16 +36,16 @@ impl ReflectionMaps {
     pub(crate) fn new(light: EnvMap, options: &EnvironmentMapOptions, mut job: Job<'_>) -> Result<Self, EnvError> {
         // Prefilter the light as cubes.
         let source = cube_source(&light, options.size, job.reborrow())?;
-        let last_size = options.size >> (LEVELS - 1);
-        let prefilter = PrefilterOptions::default().size(options.size).last_size(last_size).roughness(ROUGHNESS);
+        let prefilter = PrefilterOptions::of_reflections(options.size);
         let chain = prefilter_ggx(&source, &prefilter, job.reborrow())?;
         drop(source);
         let rough: Vec<MappedMap> = chain.levels()[1..].iter().cloned().map(MappedMap::from).collect();
-        let table = ReflectanceTable::new(options.surfaces);
-        let lobes = LobeTable::new(options.surfaces);
+        let is_separable = options.surfaces == Surfaces::MetallicRoughnessSeparable;
+        let spacing = prefilter.roughness;
+        let lobes = if is_separable { LobeTable::separable() } else { LobeTable::correlated() };
         // Store the light and the levels in the mapping that is asked for.
         let Some(mapping) = options.mapping else {
-            return Ok(Self { mirror: Mirror::Texels(light), rough, table, lobes });
+            return Ok(Self { mirror: Mirror::Texels(light), rough, lobes, spacing });
         };
         let rows = options.rows.unwrap_or_else(|| rows_like(&light, mapping));
         let mirror = Mirror::Stored(stored(light.into(), mapping, rows, job.reborrow())?);
@@ -60,12 +54,12 @@ impl ReflectionMaps {
             let rows = rows.min(level.size_like(mapping));
             levels.push(stored(level, mapping, rows, job.reborrow())?);
         }
-        Ok(Self { mirror, rough: levels, table, lobes })
+        Ok(Self { mirror, rough: levels, lobes, spacing })
     }
 
     /// `P(r, roughness)`: the light under the lobe about `r`, linear between the two nearest levels.
     pub(crate) fn radiance(&self, r: Dir, roughness: f64) -> Rgb<f64> {
-        let level = ROUGHNESS.level_for_roughness(roughness, self.rough.len() + 1);
+        let level = self.spacing.level_for_roughness(roughness, self.rough.len() + 1);
         let sharper = level as usize;
         let t = level - sharper as f64;
         let radiance = self.level(sharper, r);
@@ -87,8 +81,7 @@ impl ReflectionMaps {
 
     /// `F₀ scale + bias`: the part of even light that is reflected towards an eye at the angle of this cosine, above 0.
     pub(crate) fn reflectance(&self, cos_view: f64, roughness: f64, f0: Rgb<f64>) -> Rgb<f64> {
-        let split = if roughness <= MIRROR { dfg(cos_view, 0.0) } else { self.table.lookup(cos_view, roughness) };
-        split.reflectance(f0)
+        self.lobes.dfg(cos_view, roughness).reflectance(f0)
     }
 }
 

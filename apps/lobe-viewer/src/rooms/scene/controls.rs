@@ -9,6 +9,7 @@ use crate::loading::mode::Mode;
 use crate::loading::place::IN_PAGE;
 use crate::loading::scene_source::built_in_source;
 use crate::loading::sky_source;
+use crate::loading::surface_model::SurfaceModel;
 use crate::loading::task::Task;
 use crate::rooms::background;
 use crate::rooms::light::suns_control;
@@ -97,7 +98,7 @@ pub(crate) fn modes(ui: &mut Ui, edits: &mut SceneEdits, known: &Known) {
         }
         (_, None) => {}
     }
-    if edits.mode == Mode::Interreflected {
+    if edits.mode == Mode::Interreflected && !edits.has_materials() {
         // Matrices take storage buffers, and bakes that a page does not make.
         ui.add_enabled(!IN_PAGE, Checkbox::new(&mut edits.has_gloss, "Metals shine"))
             .on_hover_text("By transfer matrices; else they are matte");
@@ -122,8 +123,18 @@ pub(crate) fn sky_and_exposure(ui: &mut Ui, edits: &mut SceneEdits, is_turning: 
     edits.light().sky_controls(ui);
     ui.checkbox(is_turning, "Keep turning (T)");
     suns_control(ui, &mut edits.has_suns);
+    materials_control(ui, &mut edits.surfaces);
     ui.add(Slider::new(&mut edits.sky_strength, 0.0..=8.0).text("Strength of the sky").fixed_decimals(2));
     background::control(ui, &mut edits.background);
+}
+
+/// Whether metals and plastics shine.
+fn materials_control(ui: &mut Ui, surfaces: &mut SurfaceModel) {
+    let mut is_on = *surfaces == SurfaceModel::Gltf;
+    let hint = "Metals and plastics reflect the sky by their roughness, where shadows are shown; else all is matte";
+    if ui.checkbox(&mut is_on, "Materials").on_hover_text(hint).changed() {
+        *surfaces = if is_on { SurfaceModel::Gltf } else { SurfaceModel::Matte };
+    }
 }
 
 pub(crate) fn bake<T>(ui: &mut Ui, plan: &mut BakePlan, known: &Known, task: Option<&Task<T>>) -> Option<Asked> {

@@ -11,7 +11,9 @@ use lobe::sh::light::Normalization;
 use lobe::sh::{Dir, Light, Rgb, Rotation, ShError, ShVec};
 use serde::{Deserialize, Serialize};
 
+use crate::loading::materials::shines;
 use crate::loading::mode::Mode;
+use crate::loading::surface_model::SurfaceModel;
 use crate::loading::{scene_source, sky_source};
 use crate::rooms::formulas::Formula;
 use crate::rooms::light::{LightHand, MOST_STOPS, sky_rotation};
@@ -75,6 +77,8 @@ pub struct SceneEdits {
     pub taming: Taming,
     /// Whether suns of the sky are apart from its expansion and cast shadows by themselves.
     pub has_suns: bool,
+    /// How surfaces reflect.
+    pub surfaces: SurfaceModel,
     /// Factor of the sky's radiance.
     pub sky_strength: f64,
     /// By which the sky is turned about +z, in radians.
@@ -105,6 +109,7 @@ impl Default for SceneEdits {
             samples: 256,
             taming: Taming::None,
             has_suns: true,
+            surfaces: SurfaceModel::default(),
             sky_strength: 1.0,
             // The sun from the left of the first view, in whole degrees as its slider has them.
             turn: 160.0_f64.to_radians(),
@@ -150,7 +155,11 @@ impl SceneEdits {
     pub(crate) fn formulas(&self) -> Vec<Formula> {
         let light = match self.mode {
             Mode::Irradiance => &[Formula::UNSHADOWED][..],
+            Mode::Shadowed if self.has_materials() => &[Formula::TRANSFER, Formula::SHADOWED, Formula::SPLIT_SUM],
             Mode::Shadowed => &[Formula::TRANSFER, Formula::SHADOWED],
+            Mode::Interreflected if self.has_materials() => {
+                &[Formula::TRANSFER, Formula::INTERREFLECTED, Formula::SPLIT_SUM]
+            }
             Mode::Interreflected if self.has_gloss => &[Formula::TRANSFER, Formula::INTERREFLECTED, Formula::GLOSSY],
             Mode::Interreflected => &[Formula::TRANSFER, Formula::INTERREFLECTED],
             Mode::Difference => &[Formula::TRANSFER, Formula::BOUNCES],
@@ -162,6 +171,11 @@ impl SceneEdits {
         let turned = [Some(Formula::ROTATION), self.taming.formula()];
         let all = light.iter().copied().chain(turned.into_iter().flatten());
         all.chain(truth.iter().copied()).collect()
+    }
+
+    /// Whether surfaces of the mode are to shine by their materials.
+    pub(crate) fn has_materials(&self) -> bool {
+        self.surfaces == SurfaceModel::Gltf && shines(self.mode)
     }
 
     /// How light is shown.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use eframe::egui::{CentralPanel, Color32, Context, Id, Key, Panel, Rect, ScrollArea, Sense, Ui, pos2};
 use lobe::env::SunChoice;
 use lobe::prt::{BakeMode, Transfer};
+use lobe_gpu::SplitSum;
 
 use crate::loading::backdrop::Behind;
 use crate::loading::bake::{BOUNCES, GlossyBake, SceneData, SceneNews};
@@ -14,10 +15,12 @@ use crate::loading::cache::UserFolder;
 use crate::loading::export::SceneExport;
 use crate::loading::file_kind::FileKind;
 use crate::loading::limits::ReadLimits;
+use crate::loading::materials::Materials;
 use crate::loading::mode::Mode;
 use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::suns::ShownSuns;
+use crate::loading::surface_model::SurfaceModel;
 use crate::rooms::formulas::formulas;
 use crate::rooms::room::Room;
 use crate::rooms::scene::baked::{Baked, DirectPart};
@@ -48,6 +51,8 @@ pub struct SceneRoom {
     bakes: HashMap<BakeMode, Baked>,
     direct: DirectPart,
     glossy: Vec<GlossyBake>,
+    /// What shiny surfaces reflect, while they are shown.
+    reflections: Option<Arc<SplitSum>>,
     shown: Option<(Mode, Arc<Transfer>)>,
     truth: Truth,
     bake_order: usize,
@@ -75,6 +80,7 @@ impl SceneRoom {
             bakes: HashMap::new(),
             direct: DirectPart::default(),
             glossy: Vec::new(),
+            reflections: None,
             shown: None,
             truth: Truth::default(),
             light: SceneLight::default(),
@@ -177,6 +183,8 @@ impl SceneRoom {
             places: self.places(),
             order: self.edits.order,
             glossy: self.shining().to_vec(),
+            materials: self.materials(),
+            strength: self.edits.sky_strength,
             light: self.light.turning(&self.edits, sky.as_ref(), suns.is_any()),
             behind: self.light.behind(&self.edits, sky.as_ref()),
             camera: self.orbit.on_device()?,
@@ -212,7 +220,11 @@ impl SceneRoom {
             }
         }
         self.work.let_bake(ctx);
-        if self.count_suns() > 0
+        self.reflections = match self.edits.has_materials() {
+            true => self.work.reflections(ctx, self.count_suns() > 0),
+            false => None,
+        };
+        if (self.count_suns() > 0 || self.edits.has_materials())
             && self.is_idle()
             && let Some(wish) = self.direct.wish(self.shown.as_ref(), &self.bakes)
         {
@@ -303,8 +315,22 @@ impl SceneRoom {
 
     /// The meshes that shine in what is shown: metals, by paths with interreflections, among vertices with their albedo.
     fn shining(&self) -> &[GlossyBake] {
-        let is_shown = self.edits.has_gloss && self.edits.mode == Mode::Interreflected && self.shown.is_some();
+        let is_shown = self.edits.has_gloss
+            && !self.edits.has_materials()
+            && self.edits.mode == Mode::Interreflected
+            && self.shown.is_some();
         if is_shown && matches!(self.places(), Places::Vertices) { &self.glossy } else { &[] }
+    }
+
+    /// What surfaces need that shine by their materials; none where they are matte.
+    fn materials(&self) -> Option<Materials> {
+        let (mode, transfer) = self.shown.as_ref()?;
+        let reflections = self.reflections.clone().filter(|_| !matches!(self.places(), Places::Texels(_)))?;
+        let direct = match mode {
+            Mode::Shadowed => Some(transfer),
+            _ => self.direct.of(self.shown.as_ref(), &self.bakes),
+        };
+        Some(Materials { reflections, direct: direct.cloned() })
     }
 
     /// Suns of the sky that are to be apart.
@@ -444,15 +470,18 @@ impl SceneRoom {
         let light = self.light.light(&self.edits, self.work.sky(), suns.is_any());
         let behind = self.light.behind(&self.edits, self.work.sky());
         let turn = self.edits.rotation();
-        let frame = Frame { size, orbit: self.orbit, light, turn, look: self.edits.look() };
+        let frame =
+            Frame { size, orbit: self.orbit, light, turn, look: self.edits.look(), strength: self.edits.sky_strength };
         let transfer = self.shown.as_ref().map(|(_, transfer)| transfer);
         let (glossy, places) = (self.shining().to_vec(), self.places());
-        let has_gloss = !glossy.is_empty();
+        let materials = self.materials();
+        let has_gloss = !glossy.is_empty() || materials.is_some();
         let wanted = Wanted {
             data: &data,
             transfer,
             places: &places,
             glossy: &glossy,
+            materials: materials.as_ref(),
             suns: &suns,
             sky: self.work.sky(),
             behind: &behind,
@@ -535,5 +564,9 @@ impl Room for SceneRoom {
 
     fn look_for_suns(&mut self, suns: &SunChoice) {
         self.work.suns = suns.clone();
+    }
+
+    fn reflect_by(&mut self, surfaces: SurfaceModel) {
+        self.edits.surfaces = surfaces;
     }
 }

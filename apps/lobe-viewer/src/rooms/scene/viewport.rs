@@ -13,6 +13,7 @@ use web_time::{Duration, Instant};
 
 use crate::loading::backdrop::Behind;
 use crate::loading::bake::{GlossyBake, SceneData};
+use crate::loading::materials::Materials;
 use crate::loading::place::IN_PAGE;
 use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
@@ -45,6 +46,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) places: &'a Places,
     /// Meshes that shine among those lit by transfer.
     pub(crate) glossy: &'a [GlossyBake],
+    /// What surfaces need that shine by their materials.
+    pub(crate) materials: Option<&'a Materials>,
     /// The suns of the light, and what they need.
     pub(crate) suns: &'a ShownSuns,
     pub(crate) sky: Option<&'a OpenedSky>,
@@ -59,6 +62,8 @@ pub(crate) struct Frame {
     pub(crate) orbit: Orbit,
     pub(crate) light: SceneLight,
     pub(crate) turn: Rotation,
+    /// Of the sky in reflections.
+    pub(crate) strength: f64,
     /// How light is shown.
     pub(crate) look: Look,
 }
@@ -82,6 +87,7 @@ struct ViewKey {
     scene: Arc<Scene>,
     transfer: Option<Arc<Transfer>>,
     glossy: Vec<Arc<TransferMatrices>>,
+    materials: Option<Materials>,
     suns: ShownSuns,
     sky: Option<Arc<MappedMap>>,
     behind: Behind,
@@ -95,6 +101,7 @@ impl ViewKey {
             scene: wanted.data.scene.clone(),
             transfer: wanted.transfer.cloned(),
             glossy: wanted.glossy.iter().map(|glossy| glossy.matrices.clone()).collect(),
+            materials: wanted.materials.cloned(),
             suns: wanted.suns.clone(),
             sky: wanted.sky.map(|sky| sky.map.clone()),
             behind: wanted.behind.clone(),
@@ -107,6 +114,10 @@ impl ViewKey {
             && same(self.transfer.as_ref(), other.transfer.as_ref())
             && self.glossy.len() == other.glossy.len()
             && self.glossy.iter().zip(&other.glossy).all(|(a, b)| Arc::ptr_eq(a, b))
+            && match (&self.materials, &other.materials) {
+                (Some(a), Some(b)) => a.is_same(b),
+                (a, b) => a.is_none() && b.is_none(),
+            }
             && self.suns.is_same(&other.suns)
             && same(self.sky.as_ref(), other.sky.as_ref())
             && self.behind == other.behind
@@ -123,7 +134,8 @@ fn picture_of_vertices(key: &ViewKey, light: &SceneLight) -> Picture {
 }
 
 /// Sets what a picture of a frame depends on.
-fn aim(view: &SceneView, frame: &Frame) -> Result<(), GpuError> {
+fn aim(view: &mut SceneView, frame: &Frame) -> Result<(), GpuError> {
+    view.set_reflection_strength(frame.strength);
     if let Some(camera) = frame.orbit.on_device() {
         view.set_camera(&camera)?;
     }
@@ -214,8 +226,12 @@ impl Viewport {
         self.status.left_out = is_without.then_some("metals are matte: this device has no storage buffers");
         let glossy = if has_storage { wanted.glossy } else { &[] };
         let glossy: Vec<GlossyMesh<'_>> = glossy.iter().map(GlossyBake::on_device).collect();
+        let of_materials = |transfer| wanted.materials?.shading(transfer, wanted.places, Storage::F32);
         let shading = match wanted.transfer {
-            Some(transfer) => wanted.places.shading(transfer, &glossy, Storage::F32),
+            Some(transfer) => {
+                let matte = || wanted.places.shading(transfer, &glossy, Storage::F32);
+                of_materials(&**transfer).unwrap_or_else(matte)
+            }
             None => SurfaceShading::Irradiance(wanted.order),
         };
         let environment = wanted.behind.on_device(gpu.context(), wanted.sky.map(|sky| &*sky.shown));

@@ -5,18 +5,21 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use eframe::egui::Context;
-use lobe::env::SunChoice;
+use lobe::env::{MappedMap, SunChoice};
 use lobe::prt::Recipe;
+use lobe_gpu::SplitSum;
 
 use crate::loading::adopt;
 use crate::loading::bake::{self, MOST_UNASKED, SceneData, SceneNews};
 use crate::loading::cache::UserFolder;
 use crate::loading::limits::ReadLimits;
+use crate::loading::materials::prefilter;
 use crate::loading::place::IN_PAGE;
 use crate::loading::places::Places;
-use crate::loading::scene_source;
+use crate::loading::scene_source::{self, is_built_in};
 use crate::loading::sky_source::{self, OpenedSky};
 use crate::loading::suns::open_direct;
+use crate::loading::surface_model::SurfaceModel;
 use crate::loading::task::{Task, TaskEvent};
 use crate::rooms::scene::controls::BakePlan;
 use crate::rooms::scene::edits::SceneEdits;
@@ -44,9 +47,20 @@ pub(crate) struct Work {
     /// Frames that are still to be drawn before the task of the scene may bake.
     frames_to_draw: usize,
     sky_task: Option<Task<OpenedSky>>,
+    reflections: Reflections,
+    /// Whether the scene was opened with the textures that materials need.
+    surfaces: SurfaceModel,
     /// Files of transfer, for the scene when that is open, one after the other.
     adopting: VecDeque<PathBuf>,
     is_fallback: bool,
+}
+
+/// What shiny surfaces reflect of a sky, with or without its suns.
+#[derive(Default)]
+struct Reflections {
+    of: Option<(Arc<MappedMap>, bool)>,
+    task: Option<Task<Arc<SplitSum>>>,
+    found: Option<Arc<SplitSum>>,
 }
 
 /// What came from a task.
@@ -69,6 +83,8 @@ impl Work {
             scene_task: None,
             frames_to_draw: 0,
             sky_task: None,
+            reflections: Reflections::default(),
+            surfaces: SurfaceModel::Matte,
             adopting: VecDeque::new(),
             is_fallback: false,
         }
@@ -86,7 +102,8 @@ impl Work {
 
     /// Whether nothing is being opened or baked.
     pub(crate) fn is_idle(&self) -> bool {
-        self.scene_task.is_none() && self.sky_task.is_none() && self.adopting.is_empty()
+        let is_open = self.scene_task.is_none() && self.sky_task.is_none();
+        is_open && self.reflections.task.is_none() && self.adopting.is_empty()
     }
 
     /// The task of the scene.
@@ -119,11 +136,14 @@ impl Work {
 
     /// Starts what the edits ask for.
     pub(crate) fn start(&mut self, ctx: &Context, edits: &SceneEdits, plan: BakePlan) {
-        if self.scene.source != edits.scene {
+        // With its textures, a scene of a file serves both models.
+        let lacks_textures = edits.surfaces == SurfaceModel::Gltf && self.surfaces == SurfaceModel::Matte;
+        if self.scene.source != edits.scene || lacks_textures && !is_built_in(&edits.scene) {
             self.scene.source.clone_from(&edits.scene);
+            self.surfaces = edits.surfaces;
             let (source, amount) = (edits.scene.clone(), (plan.order, plan.samples));
-            let (folder, limits) = (self.folder.clone(), self.limits);
-            let work = move |control: &_| bake::open(control, &source, amount, (&folder, &limits));
+            let (folder, limits, surfaces) = (self.folder.clone(), self.limits, edits.surfaces);
+            let work = move |control: &_| bake::open(control, (&source, surfaces), amount, (&folder, &limits));
             self.scene_task = Some(Task::start("Scene", wake(ctx), work));
             self.frames_to_draw = 0;
             self.forget_message();
@@ -144,6 +164,28 @@ impl Work {
             let work = move |control: &_| adopt::adopt(control, &data, &path, &limits);
             self.scene_task = Some(Task::start("Transfer", wake(ctx), work));
         }
+    }
+
+    /// What shiny surfaces reflect of the sky, which is prefiltered if it was not.
+    pub(crate) fn reflections(&mut self, ctx: &Context, has_suns: bool) -> Option<Arc<SplitSum>> {
+        let sky = self.sky.found.as_ref()?;
+        let key = (sky.map.clone(), has_suns);
+        let Reflections { of, task, found } = &mut self.reflections;
+        if of.as_ref().is_none_or(|(map, suns)| !Arc::ptr_eq(map, &key.0) || *suns != has_suns) {
+            (*of, *found) = (Some(key), None);
+            let sky = sky.clone();
+            *task = Some(Task::start("Materials", wake(ctx), move |control| prefilter(control, &sky, has_suns)));
+        }
+        for event in task.as_ref().map(Task::events).unwrap_or_default() {
+            match event {
+                TaskEvent::Result(made) => *found = Some(made),
+                ended => {
+                    *task = None;
+                    self.message = self.message.take().or(failure(ended));
+                }
+            }
+        }
+        found.clone()
     }
 
     /// Lets the scene be baked after some frames of the window. Called for each frame, after its [news](Self::news).

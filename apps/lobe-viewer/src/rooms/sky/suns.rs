@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lobe::env::{MappedMap, Sun, SunOptions, extract_sun, project_map};
+use lobe::env::{MappedMap, Sun, SunChoice, SunOptions, extract_sun, project_map};
 use lobe::prt::Transfer;
 use lobe::sh::{Coefficient as _, Dir, Rgb};
 
@@ -110,7 +110,7 @@ fn look(control: &Control<Found>, sky: &OpenedSky, clicked: &[[f64; 2]]) -> Resu
         let light = Arc::new(project_map(&map, Transfer::MAX_ORDER));
         let map = Arc::new(map);
         let split = Arc::new((*light).clone().into());
-        OpenedSky { name: sky.name.clone(), shown: map.clone(), map, light, split }
+        OpenedSky { name: sky.name.clone(), shown: map.clone(), map, light, split, choice: SunChoice::None }
     });
     control.send(Found { all, taken, rest });
     Ok(())
