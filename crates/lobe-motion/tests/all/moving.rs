@@ -123,10 +123,10 @@ fn error_against_paths(moving: &MovingScene, method: Option<MovingMethod>, time:
 }
 
 fn balls_over_ground() -> MovingScene {
-    moving_ball(built_in::ball_over_ground(24))
+    moving_ball(&built_in::ball_over_ground(24))
 }
 
-fn moving_ball(both: Scene) -> MovingScene {
+fn moving_ball(both: &Scene) -> MovingScene {
     let (ground, ball) = (both.part([0]).unwrap(), both.part([1]).unwrap());
     let key = |time: f64, x: f64| Key { time, placement: Placement::new([x, 0.0, -0.3], Rotation::IDENTITY, 1.0) };
     let track = Track::new(vec![key(0.0, -1.5), key(2.0, 1.5)]).unwrap();
@@ -166,7 +166,7 @@ impl SurfaceModel for Unhidden<'_> {
 #[test]
 fn what_moves_hides_the_sky_from_what_metals_reflect() {
     let metal = built_in::ball_over_ground(24).with_finish(Some(0.5), Some(1.0)).unwrap();
-    let mut moving = moving_ball(metal);
+    let mut moving = moving_ball(&metal);
     moving.bake(MovingMethod::Fields, &options(), Job::default()).unwrap();
     let moment = moving.at(0.9).unwrap();
     let camera = Camera::framing([-2.0, -2.0, 0.0], [2.0, 2.0, 2.0], View::three_quarter(), 0.35);

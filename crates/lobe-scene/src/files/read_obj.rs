@@ -551,7 +551,7 @@ fn read_materials(
         }
         if material.emissive != [0.0; 3] {
             if !source.options.finish {
-                source.note(emission_unused(&name));
+                source.note(emission_unused(name));
             }
             result.emissive = material.emissive.map(|c| c.max(0.0));
         }
