@@ -26,12 +26,12 @@ const OF_CHAINS: u64 = 64;
 pub(crate) struct Export {
     #[command(flatten)]
     input: MapInput,
-    /// The engines, with commas between them. Each gets its own frame and faces, roughness of levels, turn of the panorama
-    /// and form of coefficients
+    /// The engines, with commas between them. Each gets its own frame and faces, roughness of levels, turn of the
+    /// panorama and form of coefficients
     #[arg(long, value_name = "NAME[,NAME..]", required = true, value_delimiter = ',', value_parser = engine())]
     engine: Vec<Engines>,
-    /// The folder in which each engine gets a folder of its own: DIR/three, DIR/babylon. A README.md in it says what the files
-    /// are; a program in it loads them
+    /// The folder in which each engine gets a folder of its own: DIR/three, DIR/babylon. A README.md in it says what
+    /// the files are; a program in it loads them
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// The size of the faces of cubes, a power of two from 16 to 8192

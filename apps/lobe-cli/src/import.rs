@@ -16,8 +16,8 @@ use crate::args::output::ShOutput;
 
 #[derive(Args)]
 pub(crate) struct Import {
-    /// Nine colors: text with 27 numbers, such as cmgen's sh.txt or what lobe sh encode prints; JSON with such a list in it,
-    /// such as LightProbe.toJSON of three.js; a .ktx with the key sh; a .env of Babylon.js; - reads stdin
+    /// Nine colors: text with 27 numbers, such as cmgen's sh.txt or what lobe sh encode prints; JSON with such a list
+    /// in it, such as LightProbe.toJSON of three.js; a .ktx with the key sh; a .env of Babylon.js; - reads stdin
     #[arg(value_name = "FILE")]
     input: PathBuf,
     /// The engine whose numbers they are. A .ktx is filament's, a .env babylon's

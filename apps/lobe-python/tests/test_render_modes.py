@@ -31,6 +31,10 @@ def commanded(scene, light, words, folder):
         ("baked --mode unshadowed --order 2 --bake-samples 16", {"mode": "unshadowed", "order": 2, "bake_samples": 16}),
         ("baked --mode shadowed --bake-samples 16", {"mode": "shadowed", "bake_samples": 16}),
         ("baked --mode interreflected --bake-samples 16 --bounces 1", {"mode": "interreflected", "bake_samples": 16, "bounces": 1}),
+        (
+            "baked --mode interreflected --bake-samples 16 --bounces 1 --surfaces gltf",
+            {"mode": "interreflected", "bake_samples": 16, "bounces": 1, "surfaces": "gltf"},
+        ),
         ("baked --mode glossy --order 2 --bake-samples 16", {"mode": "glossy", "order": 2, "bake_samples": 16}),
         ("baked --mode glossy --order 2 --bake-samples 16 --lobe phong:9", {"mode": "glossy", "order": 2, "bake_samples": 16, "lobe": "phong:9"}),
     ],

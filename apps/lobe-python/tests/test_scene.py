@@ -118,6 +118,8 @@ def test_what_the_reader_found_is_warned_of_where_a_scene_is_read(tmp_path):
         (lambda: lobe.Scene(3), TypeError, "path|str"),
         (lambda: lobe.bake(3, "o.glb"), TypeError, "scene: expected the path of a file or a lobe.Scene, found int"),
         (lambda: lobe.trace("built-in:ball", lobe.Sh(np.ones((1, 3))), surfaces="chrome"), ValueError, "surfaces: expected matte, gltf or gltf-separable"),
+        (lambda: lobe.render("built-in:ball", lobe.Sh(np.ones((1, 3))), surfaces="chrome"), ValueError, "surfaces: expected matte, gltf or gltf-separable"),
+        (lambda: lobe.render("built-in:ball", lobe.Sh(np.ones((1, 3))), mode="irradiance", surfaces="gltf"), ValueError, "surfaces: matte in the mode"),
     ],
 )
 def test_what_cannot_be_read_so_is_refused_in_words(make, error, message):

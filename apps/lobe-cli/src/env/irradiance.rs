@@ -34,8 +34,8 @@ pub(crate) struct EnvIrradiance {
     /// How OUT shows the directions [default: cube for .ktx2, .dds, .ktx and six files, else lat-long]
     #[arg(long, value_enum, requires = "output")]
     to: Option<Shown>,
-    /// Divide by π: not the irradiance, but what a white matte surface leaves of it, as the diffuse maps of bevy and glTF
-    /// viewers
+    /// Divide by π: not the irradiance, but what a white matte surface leaves of it, as the diffuse maps of bevy and
+    /// glTF viewers
     #[arg(long)]
     over_pi: bool,
     /// Of a cube: make its faces for left-handed directions, as Direct3D, bevy and three.js want them

@@ -44,8 +44,8 @@ pub(crate) struct EnvPrefilter {
     /// unity and unreal]
     #[arg(long, value_name = "N", value_parser = values::rows)]
     last_size: Option<usize>,
-    /// With ggx: which level holds which roughness r; alpha = r² [default: quadratic in .ktx, which Filament reads; else
-    /// linear]
+    /// With ggx: which level holds which roughness r; alpha = r² [default: quadratic in .ktx, which Filament reads;
+    /// else linear]
     #[arg(long, value_enum)]
     roughness: Option<Roughness>,
     /// The error that is allowed, relative to the peak that a single small light makes, 1e-6 to 0.1

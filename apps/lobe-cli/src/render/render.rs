@@ -229,8 +229,8 @@ impl Render {
         let is_matte = self.model() == Surfaces::Matte && self.mode.surfaces().is_some();
         let is_lobe = self.transfer.lobe.is_some() || self.transfer.mode == Some(BakeMode::Glossy);
         if is_matte && self.surfaces.is_left_open() && !is_lobe && (scene.has_metals() || scene.is_emissive()) {
-            let text = "has materials that shine or emit light, shown as matte by their base color, which may be black; --surfaces \
-                        gltf shows them";
+            let text = "has materials that shine or emit light, shown as matte by their base color, which may be \
+                        black; --surfaces gltf shows them";
             talk.note(&self.scene.name(), text);
         }
     }

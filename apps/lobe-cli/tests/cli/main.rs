@@ -26,6 +26,7 @@ mod light;
 mod lightmaps;
 mod manual;
 mod maps;
+mod materials;
 mod memory;
 mod moving;
 mod moving_files;

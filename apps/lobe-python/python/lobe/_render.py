@@ -104,7 +104,7 @@ def render(
     method = None if mode == "irradiance" else asked
     count, model = whole(rays, "rays", 1, 64), expect_surfaces(surfaces)
     if model != "matte" and (mode == "glossy" or lobe is not None):
-        raise ValueError("surfaces: glossy transfer has the lobe of lobe")
+        raise ValueError("surfaces: glossy transfer reflects by its lobe; leave surfaces out")
     return _lobe.render_still(Scene.of(scene), method, order, lighting, behind, view, size, count, model, progress)
 
 

@@ -149,8 +149,8 @@ pub fn exported_files(
 }
 
 /// Writes a map's light for engines, a folder for each in `folder`: the chain, cubes and pictures with the faces, the
-/// frame and the roughness that the engine reads, its coefficients, a program that loads them, and a text that says what
-/// is what. `name` stands for the map in them.
+/// frame and the roughness that the engine reads, its coefficients, a program that loads them, and a text that says
+/// what is what. `name` stands for the map in them.
 ///
 /// Files are renamed into place when all of them are on the disk: where one cannot be made, none is written.
 ///
@@ -165,8 +165,8 @@ pub fn exported_files(
 /// # let folder = tempfile::tempdir()?;
 /// # let folder = folder.path();
 /// let options = ExportOptions::default().size(16);
-/// export_light(folder, &bundled::studio().map(), &[Engine::Three, Engine::Blender], "studio", &options, Job::default())?;
-/// assert!(folder.join("three/specular.ktx2").exists() && folder.join("blender/sky.exr").exists());
+/// export_light(folder, &bundled::studio().map(), &[Engine::Three, Engine::Blender], "studio", &options,
+/// Job::default())?; assert!(folder.join("three/specular.ktx2").exists() && folder.join("blender/sky.exr").exists());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn export_light(

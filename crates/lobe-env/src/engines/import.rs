@@ -14,17 +14,19 @@ const KTX: &[u8] = b"\xabKTX 11";
 /// Numbers of three bands in color.
 const COUNT: usize = 27;
 
-/// The radiance, in Lobe's frame, whose nine colors a file holds in the form of an engine; `name` stands for the file in
-/// messages.
+/// The radiance, in Lobe's frame, whose nine colors a file holds in the form of an engine; `name` stands for the file
+/// in messages.
 ///
-/// * **text**: 27 numbers, as a line for each color or in one; words, brackets, separators and what stands behind `//` or
+/// * **text**: 27 numbers, as a line for each color or in one; words, brackets, separators and what stands behind `//`
+///   or
 ///   `#` are left out. So are the lines of `cmgen` (`sh.txt`) and of `lobe sh encode`.
 /// * **JSON**: the first list of 27 numbers, or of nine times three, that stands anywhere in it: `LightProbe.toJSON` of
 ///   three.js, `lobe export`, `lobe sh encode --json`.
 /// * **.ktx** of Filament's tool or of Lobe: its key `sh`.
 /// * **.env** of Babylon.js: its polynomial.
 ///
-/// The last two say themselves what they hold, and are read by [`EngineForm::Filament`] and [`EngineForm::Babylon`] only.
+/// The last two say themselves what they hold, and are read by [`EngineForm::Filament`] and [`EngineForm::Babylon`]
+/// only.
 ///
 /// # Errors
 /// [`EnvError::Image`] if there are no 27 numbers; [`EnvError::Options`] for a form that the file has not.

@@ -95,8 +95,8 @@ pub struct BabylonEnv {
 }
 
 /// The bytes of a `.env` file: a chain down to faces of one texel, whose roughness is that of
-/// [`RoughnessLevels::Babylon`](crate::RoughnessLevels::Babylon), and the light that it was made from. The report counts
-/// texels beyond 0 to 255, which are clamped.
+/// [`RoughnessLevels::Babylon`](crate::RoughnessLevels::Babylon), and the light that it was made from. The report
+/// counts texels beyond 0 to 255, which are clamped.
 ///
 /// # Errors
 /// [`EnvError::Options`] if the faces have no power of two as their size, or levels are missing.

@@ -136,8 +136,8 @@ fn integrate(cos_v: f64, alpha: f64, masking: Masking, nodes: usize) -> Dfg {
 }
 
 /// The mean direction of the light that reaches the eye in even light: across the surface, away from the eye, and up;
-/// the mirrored one for a mirror. Its length is the reflectance, times how narrow the lobe is. As [`dfg()`], for a cosine
-/// in `(0, 1)`.
+/// the mirrored one for a mirror. Its length is the reflectance, times how narrow the lobe is. As [`dfg()`], for a
+/// cosine in `(0, 1)`.
 pub(crate) fn mean_of_lobe(cos_v: f64, alpha: f64, masking: Masking) -> [f64; 2] {
     let mut sum = [0.0; 2];
     let view = View::new(cos_v, alpha.min(1.0), masking);
@@ -176,7 +176,8 @@ impl View {
         Self { c, s, alpha, eta, lambda: lambda(alpha, c), last_psi: t.sqrt().atan(), norm, masking }
     }
 
-    /// Hands out the integrand for `g = 1` at each node with its weight, `v·h`, and the light: away from the eye, and up.
+    /// Hands out the integrand for `g = 1` at each node with its weight, `v·h`, and the light: away from the eye, and
+    /// up.
     fn for_each(&self, nodes: usize, mut add: impl FnMut(f64, f64, [f64; 2])) {
         static RULE: OnceLock<Vec<(f64, f64)>> = OnceLock::new();
         let own;

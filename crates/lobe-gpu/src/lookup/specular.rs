@@ -12,8 +12,8 @@ const TABLE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
 /// Reflection of GGX microfacets by the split-sum approximation: `g(a) (F₀ A + B)`.
 ///
-/// `g` is a prefiltered environment ([`Environment::of_levels`]), looked up at the level of the roughness about the mean
-/// direction `a` of the lobe; `a`, A and B are those of a [`LobeTable`].
+/// `g` is a prefiltered environment ([`Environment::of_levels`]), looked up at the level of the roughness about the
+/// mean direction `a` of the lobe; `a`, A and B are those of a [`LobeTable`].
 #[derive(Clone, Debug)]
 pub struct SplitSum {
     /// The levels of the prefiltered environment.

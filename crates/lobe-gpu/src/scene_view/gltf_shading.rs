@@ -37,8 +37,8 @@ pub(crate) const VISIBILITY: u64 = size_of::<[[f32; 4]; 3]>() as u64;
 ///       + Σ_suns E_sun ((1 - F) (1 - metallic) c/π + F D V)
 /// ```
 ///
-/// `B_matte` is by transfer, `P` the prefiltered light, and what is around, `O` and `B_others`, by the part of the transfer
-/// without reflections, of which the first three bands count.
+/// `B_matte` is by transfer, `P` the prefiltered light, and what is around, `O` and `B_others`, by the part of the
+/// transfer without reflections, of which the first three bands count.
 #[derive(Clone, Copy, Debug)]
 pub struct GltfShading<'a> {
     /// Transfer vectors at vertices.

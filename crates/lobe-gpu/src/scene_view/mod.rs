@@ -3,7 +3,8 @@
 //! Read `camera` and `options`, then `surface_pieces`, which cuts what is too large for a device, `scene_buffers`,
 //! which lays a scene out for shaders, `surface_pass`, `suns_apart`, `sun_maps` and `sunlit_vertices`, for suns that
 //! cast shadows by themselves, `finishes` and `gltf_shading`, for surfaces that shine, `lights` and `surface_shading`,
-//! the ways to light a scene, `frame_passes`, what is drawn in each frame, and `scene_view`, which puts all in order. Uses `moving`, `transfer`, `lookup`, `renderer` and
+//! the ways to light a scene, `frame_passes`, what is drawn in each frame, and `scene_view`, which puts all in order.
+//! Uses `moving`, `transfer`, `lookup`, `renderer` and
 //! `context`.
 
 pub(crate) mod camera;

@@ -171,7 +171,8 @@ impl Texture {
 /// What a texture file keeps beside its texels, each where the format has room for it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TextureNotes<'a> {
-    /// Of `.ktx2`: the name of a mapping of directions, so that a reader finds it again ([`PictureReadReport::mapping`]).
+    /// Of `.ktx2`: the name of a mapping of directions, so that a reader finds it again
+    /// ([`PictureReadReport::mapping`]).
     pub mapping: Option<&'a str>,
     /// Of `.ktx`: nine colors under the key `sh`, the light of diffuse surfaces as Filament reads it; [`ktx_sh`] reads
     /// them.
@@ -255,7 +256,8 @@ fn pieces_of(
     Ok((pieces, report))
 }
 
-/// The nine colors under the key `sh` of a KTX file; none if it has no such key. `name` stands for the file in messages.
+/// The nine colors under the key `sh` of a KTX file; none if it has no such key. `name` stands for the file in
+/// messages.
 ///
 /// # Errors
 /// [`ImageError::Invalid`] if this is no KTX file, it is cut off, or the key holds anything but nine colors.

@@ -32,12 +32,12 @@ const LIGHT_ROWS: usize = 2 * ROWS;
 ///
 /// `E` is the irradiance, `P` the light under the lobe of GGX with view and normal taken for one direction
 /// ([`prefilter_ggx`](lobe_env::prefilter_ggx), test `each_level_keeps_of_each_band_what_its_lobe_keeps`), `F₀ scale + bias` the reflectance in
-/// even light ([`Dfg`](lobe_env::Dfg) at `n·v` and the roughness): the split sum of [Karis 2013]. He looks `P` up about the mirrored
-/// direction; `a` is the mean direction of the lobe, which leans from there to the normal. For a convex body and the same
-/// [`Surfaces`] this is the picture of [`render_truth`](crate::render_truth) without bounces, but for
+/// even light ([`Dfg`](lobe_env::Dfg) at `n·v` and the roughness): the split sum of [Karis 2013]. He looks `P` up about
+/// the mirrored direction; `a` is the mean direction of the lobe, which leans from there to the normal. For a convex
+/// body and the same [`Surfaces`] this is the picture of [`render_truth`](crate::render_truth) without bounces, but for
 ///
-/// * the split sum, whose lobe is round. Balls of white metal under smooth light are off by 0.4 % at roughness 0.29, 1.1 % at
-///   0.5 and 1.6 % at 1 (RMS), about the mirrored direction by 1.6, 7 and 25 %; a mirror is exact (test
+/// * the split sum, whose lobe is round. Balls of white metal under smooth light are off by 0.4 % at roughness 0.29,
+///   1.1 % at 0.5 and 1.6 % at 1 (RMS), about the mirrored direction by 1.6, 7 and 25 %; a mirror is exact (test
 ///   `a_ball_is_as_the_truth_but_for_the_split_sum`);
 /// * `1 - F₀` in place of the mean of `1 - F` over the light, which is less by 0.0001 along the normal, 0.005 at 60° and 0.02 at
 ///   84°;

@@ -77,17 +77,18 @@ impl Reflections {
 /// ```
 ///
 /// `B_matte` is what a matte surface of the base color `c` would send, such as by transfer; `P` the light prefiltered
-/// for the roughness, about the mean direction `a` of the lobe, and `F₀ scale + bias` the reflectance in even light: the
-/// split sum of [`EnvironmentMaps`](crate::EnvironmentMaps). `O` is the open part of the lobe and `B_others` the mean radiance of the
-/// surfaces that hide the rest ([`Surroundings`](crate::Surroundings)). `E_sun` is the irradiance by what is seen of a
-/// sun. For `F D V` its disc is a direction, and the lobe is as much wider as the half vectors `h` of the disc are:
+/// for the roughness, about the mean direction `a` of the lobe, and `F₀ scale + bias` the reflectance in even light:
+/// the split sum of [`EnvironmentMaps`](crate::EnvironmentMaps). `O` is the open part of the lobe and `B_others` the
+/// mean radiance of the surfaces that hide the rest ([`Surroundings`](crate::Surroundings)). `E_sun` is the irradiance
+/// by what is seen of a sun. For `F D V` its disc is a direction, and the lobe is as much wider as the half vectors `h`
+/// of the disc are:
 ///
 /// ```text
 ///   α² = roughness⁴ + sin²(radius) / (4 v·h)
 /// ```
 ///
-/// A mirror shows the middle of the sun at its radiance, therefore. `o` is the occlusion of the material's texture where that
-/// hides more than the triangles do, their ratio, else 1.
+/// A mirror shows the middle of the sun at its radiance, therefore. `o` is the occlusion of the material's texture
+/// where that hides more than the triangles do, their ratio, else 1.
 ///
 /// A surface seen from below its shading normal has no mirror.
 #[derive(Clone, Copy, Debug)]

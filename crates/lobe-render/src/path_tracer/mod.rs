@@ -3,8 +3,8 @@
 //! Read `path_tracer`, whose paths are estimated by next-event estimation and multiple importance sampling in
 //! `paths_abreast`; then what they draw from: `bsdf` with the microfacets of `ggx`, `distant_light` with its
 //! `sphere_table`, each `emitter` near by, and the Owen-scrambled Sobol' points of `sampler`. `background` names what is
-//! behind a scene, `surfaces` how they reflect. `estimate` makes means and variances of paths, `reference` pictures, `truth_checkpoint` keeps their
-//! pixels, `truth_exr` writes them. Uses `camera`.
+//! behind a scene, `surfaces` how they reflect. `estimate` makes means and variances of paths, `reference` pictures,
+//! `truth_checkpoint` keeps their pixels, `truth_exr` writes them. Uses `camera`.
 
 pub(crate) mod background;
 pub(crate) mod bsdf;

@@ -3,8 +3,9 @@
 //!
 //! Read `scene_picture`, which finds the surface that each pixel shows, and `silhouettes`, where it looks closer; then
 //! `prt_shading`, which lights a surface by transfer, `placed_transfer`, which bakes what files of transfer leave out,
-//! and `sun_rays`, which looks at suns. `baked_scene` holds a scene with its transfer, `lit_scene` lights it, `surface_model` is how a
-//! surface reflects what reaches it, `openness` what hides its reflections; `light_scene` makes the picture.
+//! and `sun_rays`, which looks at suns. `baked_scene` holds a scene with its transfer, `lit_scene` lights it,
+//! `surface_model` is how a surface reflects what reaches it, `openness` what hides its reflections; `light_scene`
+//! makes the picture.
 //! `transfer_source` is how a job asks for transfer, which is baked by `picture_bake` where no file has it. Uses
 //! `camera`.
 

@@ -27,9 +27,9 @@ const LEAST_HIDDEN: f64 = 0.02;
 ///   O(a, α) = Σᵢ k_l Dᵢ yᵢ(a) / Σᵢ k_l Cᵢ yᵢ(a)          D: transfer of visibility   C: of the whole hemisphere
 /// ```
 ///
-/// `k_l` blurs by the lobe of GGX of this α about the axis `a`, so that `O` is the mean of the visibility under the lobe, weighted by the
-/// cosine at the surface: specular occlusion. Nothing is known of a black surface whose transfer holds the albedo,
-/// which is taken for open.
+/// `k_l` blurs by the lobe of GGX of this α about the axis `a`, so that `O` is the mean of the visibility under the
+/// lobe, weighted by the cosine at the surface: specular occlusion. Nothing is known of a black surface whose transfer
+/// holds the albedo, which is taken for open.
 pub struct Openness<T = Transfer> {
     transfer: T,
     albedo: AlbedoMode,
@@ -61,7 +61,8 @@ impl<T: Borrow<Transfer>> Openness<T> {
         Self { transfer, albedo, factors, cosine: Zonal::clamped_cosine(order) }
     }
 
-    /// What is around a hit for a lobe about this axis, of this roughness. Receivers are those around it, whose weights sum to 1;
+    /// What is around a hit for a lobe about this axis, of this roughness. Receivers are those around it, whose weights
+    /// sum to 1;
     /// `others` is the radiance of a matte surface of its albedo there by what all other surfaces send.
     ///
     /// # Panics

@@ -117,8 +117,8 @@ pub struct SceneTransfer {
 
 impl SceneTransfer {
     /// Bakes what a picture needs and files mostly leave out: the backs of double-sided surfaces that a view shows,
-    /// and the direct part of the transfer if that is wanted, for suns and for surfaces that are not matte. The job that is watched has the steps `look`, `bake`
-    /// and `bake direct`.
+    /// and the direct part of the transfer if that is wanted, for suns and for surfaces that are not matte. The job
+    /// that is watched has the steps `look`, `bake` and `bake direct`.
     ///
     /// # Errors
     /// Those of [`BakedScene::backs_in_view`], [`BakedScene::bake_backs`] and [`BakedScene::bake_direct`];

@@ -95,7 +95,8 @@ fn error_of(scene: &Scene, maps: &EnvironmentMaps, surfaces: Surfaces) -> f64 {
 
 #[test]
 fn a_ball_is_as_the_truth_but_for_the_split_sum() {
-    // Looked up about the mirrored direction, in place of the mean of the lobe, metals are 0, 0.016, 0.071 and 0.245 off.
+    // Looked up about the mirrored direction, in place of the mean of the lobe, metals are 0, 0.016, 0.071 and 0.245
+    // off.
     for (roughness, allowed) in [(0.0, 0.005), (0.292_893, 0.006), (0.5, 0.015), (1.0, 0.02)] {
         let error = error_of(&ball([1.0; 3], 1.0, roughness), &SMOOTH, Surfaces::MetallicRoughness);
         println!("white metal of roughness {roughness}: {error:.4}");

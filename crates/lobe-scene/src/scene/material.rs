@@ -2,7 +2,8 @@
 
 /// The reflectance of a surface: the metallic-roughness model of glTF 2.0.
 ///
-/// What is asked of a point is [`Surface::base_color`](crate::Surface::base_color) and [`Scene::finish`](crate::Scene::finish).
+/// What is asked of a point is [`Surface::base_color`](crate::Surface::base_color) and
+/// [`Scene::finish`](crate::Scene::finish).
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Material {
     /// The name in its file.
@@ -95,8 +96,8 @@ pub struct NormalMap {
 ///   o = 1 + s (t_r - 1)
 /// ```
 ///
-/// where `t_r` is the texture's red as it is stored. It says nothing of lamps and suns. That is the occlusion texture of
-/// glTF 2.0.
+/// where `t_r` is the texture's red as it is stored. It says nothing of lamps and suns. That is the occlusion texture
+/// of glTF 2.0.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct OcclusionMap {
     /// The texture and its mapping.

@@ -7,8 +7,8 @@ use crate::sphere::Dir;
 
 /// The frame of an engine's world: which axis is up, and its handedness.
 ///
-/// The way there is that of the engine's own importer of glTF: what a glTF file shows at `(x, y, z)` stands at the vector
-/// of the table, and light that comes along is in the same frame.
+/// The way there is that of the engine's own importer of glTF: what a glTF file shows at `(x, y, z)` stands at the
+/// vector of the table, and light that comes along is in the same frame.
 ///
 /// ```text
 ///   YUp             (x, y, z)     glTF, three.js, PlayCanvas, Filament, bevy, Godot, Mitsuba
