@@ -74,9 +74,10 @@ fn of_text(text: &str) -> Vec<f64> {
     numbers
 }
 
-/// A word that is a finite number.
+/// A word that is a number: it begins as one, unlike the words nan and inf.
 fn number(word: &str) -> Option<f64> {
-    word.trim_end_matches(['f', 'F']).parse().ok().filter(|number: &f64| number.is_finite())
+    let begins = word.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+    word.trim_end_matches(['f', 'F']).parse().ok().filter(|_| begins)
 }
 
 /// The first list of 27 numbers, or of lists or objects with them, from the outside in.
@@ -156,6 +157,7 @@ mod tests {
         let error = |bytes: &[u8]| import_coefficients(bytes, EngineForm::Three, "test").unwrap_err().to_string();
         assert_eq!(error(b"1 2 3"), "test: nine colors, 27 numbers, expected, found 3");
         assert_eq!(error(b"{\"sh\": [1, 2]}"), "test: nine colors, 27 numbers, expected, found 0");
+        assert_eq!(error(b"nan inf 1 2f -3.5F"), "test: nine colors, 27 numbers, expected, found 3");
         assert_eq!(error(b"\xff\xfe"), "test: text, a .ktx or a .env expected");
         let infinite = format!("1e999 {}", "1 ".repeat(COUNT - 1));
         assert_eq!(error(infinite.as_bytes()), "test: a number is not finite");
