@@ -157,9 +157,9 @@ pub(crate) fn render_still<'py>(
     let found = watched_and_heard(py, progress, |job| asked.prepare(open, order, memory, job))?;
     let camera = camera_of(found.baked.scene(), view)?;
     let reflections = lighting.reflections(py, surfaces, progress)?;
-    let wants_direct = !light.suns().is_empty() || reflections.is_some();
+    let wants = (!light.suns().is_empty(), reflections.is_some());
     // Files hold the fronts of surfaces; backs are baked as far as the view shows them.
-    let baked = watched(py, progress, None, |job| found.completed((&camera, &options), wants_direct, job))?;
+    let baked = watched(py, progress, None, |job| found.completed((&camera, &options), wants, job))?;
     let rest = light.rest().resized(baked.order().min(light.rest().order()));
     let lights = SceneLight::new(rest, light.suns().to_vec());
     let shown = |s: Dir| behind.seen([&light, &lights], s);

@@ -205,16 +205,14 @@ impl Render {
             let (camera, view) = (self.view.camera(found.baked.scene())?, self.view_options());
             // Transfer matrices hold direct and reflected light as one.
             let none = SunInput::none();
-            // Without shadows suns are in the matte part, and reflected with the map that holds them.
-            let is_unshadowed = has_finish && found.baked.options().mode == BakeMode::Unshadowed;
-            let suns = if found.baked.is_glossy() || is_unshadowed { &none } else { &self.suns };
+            let suns = if found.baked.is_glossy() { &none } else { &self.suns };
             if found.baked.is_glossy() && !self.suns.are_none() && light.has_sun() {
                 let text = "the sun stays in the expansion of glossy surfaces, whose matrices have no direct part";
                 talk.note(&self.light.path().display().to_string(), text);
             }
             let split = self.split(light, found.baked.order(), suns, talk)?;
             let has_suns = split.as_ref().is_some_and(|split| !split.light.suns().is_empty());
-            let completed = |work: Job<'_>| found.completed((&camera, &view), has_suns || has_finish, work);
+            let completed = |work: Job<'_>| found.completed((&camera, &view), (has_suns, has_finish), work);
             let baked = watched_job(talk, Kept::Nowhere, completed)?;
             return Ok((Stage::Baked(Box::new(baked)), camera, split, Vec::new()));
         }

@@ -86,7 +86,7 @@ impl LitSurfaces for LitMoment<'_> {
     fn surroundings(&self, hit: &SceneHit<'_>, axis: Dir, roughness: f64) -> Surroundings {
         match &self.around {
             Some(around) if hit.is_front => around.at(hit, axis, roughness),
-            _ => Surroundings::OPEN,
+            _ => Surroundings::UNKNOWN,
         }
     }
 }

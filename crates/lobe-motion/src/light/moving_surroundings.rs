@@ -60,7 +60,7 @@ impl MovingSurroundings {
     /// What the lobe of this roughness about an axis meets around a hit.
     pub(crate) fn at(&self, hit: &SceneHit<'_>, axis: Dir, roughness: f64) -> Surroundings {
         if hit.corners().iter().any(|(corner, _)| !self.is_known[*corner]) {
-            return Surroundings::OPEN;
+            return Surroundings::UNKNOWN;
         }
         self.openness.surroundings(hit, (axis, roughness), hit.corners().into_iter(), hit.at_corners(&self.others))
     }

@@ -11,7 +11,7 @@ use crate::environment_mapping::options::EnvironmentMapOptions;
 use crate::error::RenderError;
 use crate::path_tracer::surfaces::Surfaces;
 use crate::scene_view::scene_picture::SceneHit;
-use crate::scene_view::surface_model::{SurfaceLight, SurfaceModel as _};
+use crate::scene_view::surface_model::{LitSurfaces, SurfaceLight, SurfaceModel as _, Surroundings};
 
 /// Rows of the map of irradiance, whose texels are 3° wide: interpolated between them, a white surface under a light of three bands and
 /// of the mean 1 is within 0.001 (test `matte_surfaces_show_the_irradiance_of_the_light_in_closed_form`).
@@ -26,7 +26,7 @@ const LIGHT_ROWS: usize = 2 * ROWS;
 ///
 /// ```text
 ///   matte     B = c/π E(n)                                              c: base color
-///   glTF      B = (1 - F₀) (1 - metallic) c/π E(n) + (F₀ scale + bias) P(a, roughness)
+///   glTF      B = o (1 - F₀) (1 - metallic) c/π E(n) + o (F₀ scale + bias) P(a, roughness) + emission
 ///             F₀ = 0.04 + (c - 0.04) metallic
 /// ```
 ///
@@ -94,13 +94,22 @@ impl TurnedMaps<'_> {
     /// The radiance that a surface sends to the eye, as [`EnvironmentMaps`] has the formula.
     #[must_use]
     pub fn radiance(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
-        let matte = |hit: &SceneHit<'_>| (hit.albedo * self.irradiance(hit.normal)).scale(FRAC_1_PI);
-        let Some(reflections) = &self.maps.reflections else { return matte(hit) };
-        reflections.turned_back(self.light_from_world).radiance(hit, &SurfaceLight { lit: &matte, suns: &[] })
+        let Some(reflections) = &self.maps.reflections else { return self.matte(hit) };
+        reflections.turned_back(self.light_from_world).radiance(hit, &SurfaceLight { lit: self, suns: &[] })
     }
 
     fn irradiance(&self, normal: Dir) -> Rgb<f64> {
         self.maps.irradiance.radiance(self.light_from_world.rotate_dir(normal)).widen()
+    }
+}
+
+impl LitSurfaces for TurnedMaps<'_> {
+    fn matte(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
+        (hit.albedo * self.irradiance(hit.normal)).scale(FRAC_1_PI)
+    }
+
+    fn surroundings(&self, _hit: &SceneHit<'_>, _axis: Dir, _roughness: f64) -> Surroundings {
+        Surroundings::OPEN
     }
 }
 

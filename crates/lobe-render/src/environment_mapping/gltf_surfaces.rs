@@ -109,9 +109,11 @@ impl SurfaceModel for GltfSurfaces<'_> {
         let maps = &self.reflections.maps;
         let axis = if cos_view > 0.0 { maps.axis(hit.reflected(), hit.normal, roughness) } else { hit.normal };
         let around = light.lit.surroundings(hit, axis, roughness);
-        // Hidden by what triangles do not show alone.
-        let occlusion = (f64::from(finish.occlusion) / around.ambient.max(f64::MIN_POSITIVE)).min(1.0);
-        let matte = light.lit.matte(hit).scale(occlusion * (1.0 - metallic));
+        // Hidden by what triangles do not show alone; unknown shadows are in the matte part already.
+        let own = f64::from(finish.occlusion);
+        let occlusion = around.ambient.map_or(own, |ambient| (own / ambient.max(f64::MIN_POSITIVE)).min(1.0));
+        let of_matte = if around.ambient.is_some() { occlusion } else { 1.0 };
+        let matte = light.lit.matte(hit).scale(of_matte * (1.0 - metallic));
         let emission = Rgb::from(finish.emission).widen();
         if cos_view <= 0.0 {
             let suns = (hit.albedo * light.of_suns()).scale((1.0 - metallic) * FRAC_1_PI);

@@ -5,8 +5,8 @@ use std::path::Path;
 use lobe_image::FileFormat;
 use lobe_io::Job;
 use lobe_prt::{
-    BakeMode, BakeOptions, Baked, FittedVertices, GlossyLobe, Lightmap, Recipe, read_any_transfer_bytes, read_baked,
-    read_baked_bytes, read_matrices_bytes,
+    AnyTransfer, BakeMode, BakeOptions, Baked, FittedVertices, GlossyLobe, Lightmap, Recipe, read_any_transfer_bytes,
+    read_baked, read_baked_bytes, read_matrices_bytes,
 };
 use lobe_scene::{Bvh, Scene, SceneReadOptions};
 
@@ -232,6 +232,12 @@ impl BakedScene {
     #[must_use]
     pub fn needs_direct(&self) -> bool {
         self.options.most_bounces() > 0 && !self.is_glossy() && !self.knows_direct()
+    }
+
+    /// Whether its transfer, with the direct part that can be baked, says what hides reflections.
+    pub(crate) fn tells_openness(&self) -> bool {
+        let is_plain = matches!(&self.front, SurfaceTransfer::Matte(AnyTransfer::Plain(_)));
+        is_plain || self.options.most_bounces() > 0 || self.options.mode == BakeMode::Unshadowed
     }
 
     /// Whether the direct part is known of fronts and of all backs that are.

@@ -7,7 +7,7 @@ use lobe_env::SceneLight;
 use lobe_image::Picture;
 use lobe_io::Job;
 use lobe_scene::{Bvh, Scene};
-use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Zonal};
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal};
 
 use crate::camera::camera::Camera;
 use crate::error::RenderError;
@@ -15,7 +15,7 @@ use crate::scene_view::baked_scene::BakedScene;
 use crate::scene_view::scene_picture::ray_cast;
 use crate::scene_view::scene_picture::{SceneHit, ViewOptions};
 use crate::scene_view::sun_rays::SunRays;
-use crate::scene_view::surface_model::{LitSurfaces, MatteSurfaces, SurfaceLight, SurfaceModel};
+use crate::scene_view::surface_model::{LitSurfaces, MatteSurfaces, SurfaceLight, SurfaceModel, Surroundings};
 
 /// A channel that is below zero by more than this part of the mean radiance of the light is a dark spot in the picture,
 /// not rounding.
@@ -119,12 +119,28 @@ pub fn light_by_irradiance(
     background: impl Fn(Dir) -> Rgb<f64> + Sync,
     job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
-    let rest = light.rest().convolved(&Zonal::clamped_cosine(light.rest().order()));
-    let radiance = |hit: &SceneHit<'_>| {
-        let suns = light.suns().iter().fold(Rgb::ZERO, |all, sun| all + sun.irradiance_at(hit.normal));
-        (hit.albedo * (rest.eval(hit.normal) + suns)).scale(FRAC_1_PI)
-    };
-    light_scene_by((scene, bvh), &light.rest().clone().into(), camera, options, &background, &radiance, job)
+    let lit = LitByIrradiance { rest: light.rest().convolved(&Zonal::clamped_cosine(light.rest().order())) };
+    light_surfaces_by((scene, bvh), (light, &MatteSurfaces), camera, options, &background, &lit, job)
+}
+
+/// Surfaces that see all of a light, whatever is before them.
+struct LitByIrradiance {
+    /// The irradiance of all but the suns.
+    rest: ShVec<Rgb<f64>>,
+}
+
+impl LitSurfaces for LitByIrradiance {
+    fn matte(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
+        (hit.albedo * self.rest.eval(hit.normal)).scale(FRAC_1_PI)
+    }
+
+    fn surroundings(&self, _hit: &SceneHit<'_>, _axis: Dir, _roughness: f64) -> Surroundings {
+        Surroundings::OPEN
+    }
+
+    fn hide_suns(&self) -> bool {
+        false
+    }
 }
 
 /// Shows a scene as `camera` sees it, where `shade` gives the radiance of each hit without the direct light of suns,
@@ -164,7 +180,7 @@ pub fn light_surfaces_by(
     lit: &dyn LitSurfaces,
     job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
-    let rays = SunRays::new(scene, bvh, light);
+    let rays = SunRays::new(scene, bvh, light).hidden(lit.hide_suns());
     let shade = |hit: &SceneHit<'_>| {
         let suns: Vec<_> = rays.shining_on(&hit.lit_at).collect();
         model.radiance(hit, &SurfaceLight { lit, suns: &suns })

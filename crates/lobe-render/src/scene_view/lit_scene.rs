@@ -1,7 +1,5 @@
 //! A baked scene under one light.
 
-use std::f64::consts::FRAC_1_PI;
-
 use lobe_env::SceneLight;
 use lobe_prt::{AlbedoMode, BakeMode, Transfer};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
@@ -34,13 +32,13 @@ struct Around<'a> {
 }
 
 impl<'a> LitScene<'a> {
-    /// The light whose suns are to be added to [`LitScene::radiance`], as they shine between surfaces: without suns if
-    /// the radiance has all light.
+    /// The light whose suns are to be added to [`LitScene::radiance`]: as they shine between surfaces, or past them if
+    /// [nothing hides them](LitSurfaces::hide_suns). It has none if the radiance has all light.
     #[must_use]
     pub fn by_rays(&self) -> SceneLight {
         match self.suns {
-            SunsApart::No | SunsApart::Unshadowed => self.light.whole().into(),
-            SunsApart::Shadowed | SunsApart::Reflected => self.light.clone(),
+            SunsApart::No => self.light.whole().into(),
+            SunsApart::Apart | SunsApart::Reflected => self.light.clone(),
         }
     }
 
@@ -59,11 +57,6 @@ impl<'a> LitScene<'a> {
             if let Some((lit, receiver)) = of_receiver {
                 sum += lit.radiance(receiver, hit).scale(weight);
             }
-        }
-        if matches!(self.suns, SunsApart::Unshadowed) {
-            let suns = self.light.suns().iter().fold(Rgb::ZERO, |all, sun| all + sun.irradiance_at(hit.normal));
-            let white = suns.scale(FRAC_1_PI);
-            sum += if options.albedo == AlbedoMode::None { white } else { hit.albedo * white };
         }
         match gloss {
             Some(gloss) => gloss.albedo(hit) * sum,
@@ -112,20 +105,28 @@ impl LitSurfaces for LitScene<'_> {
     }
 
     fn surroundings(&self, hit: &SceneHit<'_>, axis: Dir, roughness: f64) -> Surroundings {
-        let Some(around) = &self.around[usize::from(!hit.is_front)] else { return Surroundings::OPEN };
-        let (mut receivers, mut others) = (Vec::with_capacity(4), Rgb::<f64>::ZERO);
+        let Some(around) = &self.around[usize::from(!hit.is_front)] else { return Surroundings::UNKNOWN };
+        let (mut receivers, mut others, mut whole) = (Vec::with_capacity(4), Rgb::<f64>::ZERO, 0.0);
         for (place, weight) in self.baked.places.around(&self.baked.scene, hit) {
             let receiver = around.placed.map_or(Some(place), |placed| placed.receiver(place));
             let Some(receiver) = receiver else { continue };
             receivers.push((receiver, weight));
+            whole += weight;
             if let Some(of) = &around.others {
                 others += of[if hit.is_front { place } else { receiver }].widen().scale(weight);
             }
         }
-        if receivers.is_empty() {
-            return Surroundings::OPEN;
+        if whole <= 0.0 {
+            return Surroundings::UNKNOWN;
         }
-        around.openness.surroundings(hit, (axis, roughness), receivers.into_iter(), others)
+        // Backs may lack some.
+        let part = f64::recip(whole);
+        let receivers = receivers.into_iter().map(|(receiver, weight)| (receiver, part * weight));
+        around.openness.surroundings(hit, (axis, roughness), receivers, others.scale(part))
+    }
+
+    fn hide_suns(&self) -> bool {
+        self.baked.options.mode != BakeMode::Unshadowed
     }
 }
 
@@ -138,7 +139,7 @@ impl BakedScene {
     pub fn lit(&self, light: &SceneLight) -> LitScene<'_> {
         let (gloss, suns) = (self.gloss.as_ref(), self.suns_apart(light));
         let all = match suns {
-            SunsApart::Unshadowed | SunsApart::Shadowed => light.rest(),
+            SunsApart::Apart => light.rest(),
             SunsApart::No | SunsApart::Reflected => &light.whole(),
         };
         let mut front = self.front.lit(all, gloss);
@@ -157,8 +158,8 @@ impl BakedScene {
     fn suns_apart(&self, light: &SceneLight) -> SunsApart {
         match self.options.mode {
             _ if light.suns().is_empty() || self.is_glossy() => SunsApart::No,
-            BakeMode::Unshadowed => SunsApart::Unshadowed,
-            _ if self.options.most_bounces() == 0 => SunsApart::Shadowed,
+            BakeMode::Unshadowed => SunsApart::Apart,
+            _ if self.options.most_bounces() == 0 => SunsApart::Apart,
             _ if self.knows_direct() => SunsApart::Reflected,
             _ => SunsApart::No,
         }
@@ -169,10 +170,8 @@ impl BakedScene {
 enum SunsApart {
     /// They are in the expansion.
     No,
-    /// By themselves, without shadows as all light.
-    Unshadowed,
     /// By themselves; transfer has no other light of theirs.
-    Shadowed,
+    Apart,
     /// By themselves, and what surfaces reflect of them by transfer.
     Reflected,
 }

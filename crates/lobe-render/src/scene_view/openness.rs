@@ -80,7 +80,7 @@ impl<T: Borrow<Transfer>> Openness<T> {
         let channel = [r, g, b].iter().position(|&c| c >= r.max(g).max(b)).unwrap_or(0);
         let best = albedo.to_array()[channel];
         if best <= 0.0 {
-            return Surroundings::OPEN;
+            return Surroundings::UNKNOWN;
         }
         let transfer = self.transfer.borrow();
         let channel = channel.min(transfer.channels().count() - 1);
@@ -104,7 +104,7 @@ impl<T: Borrow<Transfer>> Openness<T> {
         let part = (1.0 - ambient).max(LEAST_HIDDEN).recip();
         let divided = |sum: f64, albedo: f64| if albedo > 0.0 { (part * sum / albedo).max(0.0) } else { 0.0 };
         let others = Rgb::new(divided(others.r, albedo.r), divided(others.g, albedo.g), divided(others.b, albedo.b));
-        Surroundings { open, ambient, others }
+        Surroundings { open, ambient: Some(ambient), others }
     }
 
     fn factors_at(&self, roughness: f64) -> Vec<f64> {

@@ -33,6 +33,8 @@ const RAYS: usize = 64;
 pub struct SunRays<'a> {
     surfaces: SurfaceRays<'a>,
     discs: Vec<Disc>,
+    /// Whether surfaces hide them from each other.
+    are_hidden: bool,
 }
 
 /// A sun with the directions that are looked at.
@@ -88,7 +90,13 @@ impl<'a> SunRays<'a> {
     #[must_use]
     pub fn new(scene: &'a Scene, bvh: &'a Bvh, light: &SceneLight) -> Self {
         let discs = light.suns().iter().map(|sun| Disc::new(*sun)).collect();
-        Self { surfaces: SurfaceRays::new(scene, bvh), discs }
+        Self { surfaces: SurfaceRays::new(scene, bvh), discs, are_hidden: true }
+    }
+
+    /// The same suns, seen through all surfaces if they are not hidden.
+    #[must_use]
+    pub fn hidden(self, are_hidden: bool) -> Self {
+        Self { are_hidden, ..self }
     }
 
     /// The irradiance of a point by all suns, without those parts of their discs that surfaces hide.
@@ -105,7 +113,7 @@ impl<'a> SunRays<'a> {
 
     fn of_disc(&self, disc: &Disc, at: &SurfacePoint) -> Rgb<f64> {
         let open = disc.sun.irradiance_at(at.normal);
-        if open == Rgb::ZERO {
+        if open == Rgb::ZERO || !self.are_hidden {
             return open;
         }
         let mut seen = self.look(at, &disc.probes);

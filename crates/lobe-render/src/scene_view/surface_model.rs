@@ -14,7 +14,12 @@ pub trait LitSurfaces: Sync {
 
     /// What the lobe of GGX microfacets of this roughness about a direction meets around a hit.
     fn surroundings(&self, _hit: &SceneHit<'_>, _axis: Dir, _roughness: f64) -> Surroundings {
-        Surroundings::OPEN
+        Surroundings::UNKNOWN
+    }
+
+    /// Whether surfaces hide suns from each other.
+    fn hide_suns(&self) -> bool {
+        true
     }
 }
 
@@ -29,15 +34,18 @@ impl<F: Fn(&SceneHit<'_>) -> Rgb<f64> + Sync> LitSurfaces for F {
 pub struct Surroundings {
     /// The part of the lobe that leaves the scene, 0 to 1.
     pub open: f64,
-    /// The part of the hemisphere that does, by the cosine, 0 to 1.
-    pub ambient: f64,
+    /// The part of the hemisphere that does, by the cosine, 0 to 1: ambient occlusion. None where it is not known.
+    pub ambient: Option<f64>,
     /// The mean radiance of the surfaces that hide the rest.
     pub others: Rgb<f64>,
 }
 
 impl Surroundings {
+    /// Of a point of which nothing is known: the lobe leaves the scene.
+    pub const UNKNOWN: Self = Self { open: 1.0, ambient: None, others: Rgb::ZERO };
+
     /// Of a point that nothing hides.
-    pub const OPEN: Self = Self { open: 1.0, ambient: 1.0, others: Rgb::ZERO };
+    pub const OPEN: Self = Self { ambient: Some(1.0), ..Self::UNKNOWN };
 }
 
 /// The light that reaches a hit.

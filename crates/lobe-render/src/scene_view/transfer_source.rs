@@ -126,11 +126,16 @@ impl SceneTransfer {
     pub fn completed(
         mut self,
         (camera, view): (&Camera, &ViewOptions),
-        wants_direct: bool,
+        (has_suns, reflects): (bool, bool),
         mut work: Job<'_>,
     ) -> Result<BakedScene, RenderError> {
         self.bake_backs((camera, view), work.reborrow())?;
-        if wants_direct && self.baked.needs_direct() {
+        if reflects && !self.baked.tells_openness() {
+            let text = "holds transfer in a form that does not say what hides reflections, and none is hidden; a bake \
+                        that is neither compressed nor in 16 bits says it";
+            work.note(self.file.as_deref().unwrap_or_default(), text);
+        }
+        if (has_suns || reflects) && self.baked.needs_direct() {
             let (baked, [fronts, backs]) = (&self.baked, self.baked.lacking_direct());
             check_memory(self.memory, baked.scene(), fronts + backs, baked.options(), false)?;
             if let Some(file) = &self.file {
