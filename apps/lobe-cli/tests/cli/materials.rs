@@ -1,7 +1,10 @@
 //! `lobe render --surfaces gltf`: materials on baked scenes and on scenes that move, beside the truth.
 
 use lobe::image::{PictureReadOptions, read_picture};
-use serde_json::Value;
+use lobe::scene::{
+    GltfDocument, Hit, Material, Mesh, MeshParts, Scene, SceneReadOptions, Texture, TextureUse, Wrap, read_scene,
+};
+use serde_json::{Value, json};
 
 use crate::harness::Dir;
 
@@ -54,5 +57,50 @@ fn a_scene_with_metals_that_is_shown_matte_has_a_note() {
     for asked in ["--surfaces gltf", "--surfaces matte"] {
         let (_, notes) = dir.lobe(&format!("{render} {asked} -o a.exr")).succeeds();
         assert!(!notes.contains("shows them"), "{asked}: {notes}");
+    }
+}
+
+/// A folder with a square whose color and whose metallic, half of its factor, are in textures.
+fn textured_square() -> Dir {
+    let uvs = vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
+    let parts = MeshParts {
+        positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        uvs: [uvs, vec![]],
+        material: Some(0),
+        ..MeshParts::default()
+    };
+    let of = |texture| Some(TextureUse { texture, uv_set: 0, uv_map: TextureUse::UV_UNCHANGED });
+    let [metallic_texture, roughness_texture, base_color_texture] = [of(0), of(0), of(1)];
+    let material =
+        Material { metallic: 1.0, metallic_texture, roughness_texture, base_color_texture, ..Material::WHITE };
+    let texture = |texel| Texture::new(1, 1, vec![texel], [Wrap::Repeat; 2]);
+    let textures = vec![texture([0, 200, 128, 255]), texture([200, 100, 50, 255])];
+    let scene = Scene::new(vec![Mesh::new(parts).unwrap()], vec![material], textures).unwrap();
+    let GltfDocument { mut json, bytes } = GltfDocument::of_scene(&scene);
+    let dir = Dir::new();
+    dir.file("a.bin", &bytes);
+    json["buffers"][0]["uri"] = json!("a.bin");
+    dir.file("a.gltf", json.to_string());
+    dir
+}
+
+#[test]
+fn an_unwrapped_scene_keeps_the_textures_of_its_materials() {
+    let dir = textured_square();
+    dir.lobe("bake a.gltf --mode unshadowed --order 2 --samples 1 --texels 16 --unwrap always -o a.glb").succeeds();
+    let (scene, _) = read_scene(dir.path("a.glb"), &SceneReadOptions::default().finish(true)).unwrap();
+    let found = scene.finish(&Hit { t: 1.0, triangle: 0, u: 0.25, v: 0.25 });
+    assert!((found.metallic - 128.0 / 255.0).abs() < 1e-6, "{found:?}");
+}
+
+#[test]
+fn a_lightmap_in_a_file_of_its_own_is_that_of_the_scene_with_its_materials() {
+    let dir = textured_square();
+    let bake = "bake a.gltf --mode unshadowed --order 2 --samples 1 --texels 16";
+    dir.lobe(&format!("{bake} -o a.exr")).succeeds();
+    let render = "render a.gltf --transfer a.exr --mode unshadowed --env bundled:sunset --size 8x6";
+    for surfaces in ["matte", "gltf"] {
+        dir.lobe(&format!("{render} --surfaces {surfaces} -o {surfaces}.exr")).succeeds();
     }
 }

@@ -39,8 +39,7 @@ pub(crate) fn lightmap_scene(
     if let Some(None) = glb
         && job.source.is_gltf()
     {
-        let text = "unwrapped, so what the file holds beside its triangles, base colors, normals and their textures is \
-                    left out";
+        let text = "unwrapped, so what the file holds beside its triangles and their materials is left out";
         work.note(&job.source.name(), text);
     }
     let glb = glb.map(|glb| glb.unwrap_or_else(|| LightmapGlb::of_scene(unwrapped, width)));

@@ -40,7 +40,9 @@ impl OpenBake {
         let name = job.source.name();
         // A .glb keeps what a glTF file holds beside the scene; without an output nobody knows yet.
         let keeps_document = job.is_glb() || job.output.is_none();
-        let read = job.source.read(job.memory().bytes(), keeps_document)?;
+        // A scene that is unwrapped is written anew, with its materials.
+        let source = job.source.clone().finish(keeps_document && job.texels.is_some());
+        let read = source.read(job.memory().bytes(), keeps_document)?;
         read.remarks.iter().for_each(|text| work.note(&name, text));
         tell_of_normal_maps(&job, &read.scene, &mut work);
         let scene = match job.max_edge {
