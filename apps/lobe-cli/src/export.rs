@@ -19,8 +19,9 @@ use crate::run::talk::Talk;
 /// The name that stands for all engines.
 const ALL: &str = "all";
 
-/// Bytes for each texel of the faces of 256 x 256, say: chains of floats, what they are encoded in, and the files.
-const OF_CHAINS: u64 = 64;
+/// Bytes for each texel of the faces: the source, twice as fine, a cube of the whole sky, a chain for each of up to four
+/// spacings of levels, and what one of them is encoded in; all files together, at most as many bytes.
+const OF_CHAINS: u64 = 256;
 
 #[derive(Args)]
 pub(crate) struct Export {
@@ -60,6 +61,8 @@ fn engine() -> impl TypedValueParser<Value = Engines> {
 impl Export {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let engines = self.engines();
+        // A file of suns that cannot be read is refused before anything takes time.
+        self.suns.given()?;
         if let Err(error) = self.options().check() {
             bail!("--size: {error}");
         }
@@ -68,7 +71,11 @@ impl Export {
         }
         let inputs = self.input.files()?;
         for engine in &engines {
-            output::prepare_files(&self.output.join(engine.name()), engine.files(), &inputs)?;
+            let folder = self.output.join(engine.name());
+            if folder.is_file() {
+                bail!("-o: {} is a file where the folder of {engine} goes; move it away", folder.display());
+            }
+            output::prepare_files(&folder, engine.files(), &inputs)?;
         }
         let map = self.input.read(talk)?;
         let faces = 6 * (self.size as u64).pow(2);
@@ -82,7 +89,9 @@ impl Export {
         for (path, clamped) in &report.files {
             note_moved(&path.display().to_string(), *clamped, "", talk);
         }
-        if !report.suns.is_empty() && self.suns.choice().looks() {
+        let takes_suns =
+            engines.iter().any(|engine| !engine.facts().traces_paths && engine.facts().most_suns != Some(0));
+        if takes_suns && !report.suns.is_empty() && self.suns.choice().looks() {
             note_apart(&report.suns, map.mean().luminance(), &name, talk);
         }
         Ok(())

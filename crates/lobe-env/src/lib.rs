@@ -111,7 +111,7 @@ pub use engines::export_options::ExportOptions;
 pub use engines::exported_file::ExportedFile;
 pub use engines::import::import_coefficients;
 pub use error::{EnvError, MapReadOption};
-pub use files::babylon_env::{BabylonEnv, encode_babylon_env, read_babylon_env_bytes};
+pub use files::babylon_env::encode_babylon_env;
 pub use files::bundled;
 pub use files::cropped::Padding;
 pub use files::cube_faces::{FaceFiles, write_cube_faces};

@@ -37,7 +37,7 @@
 //! | reading | [`read_picture`], [`read_picture_bytes`], [`PictureReadOptions`], [`PictureReadReport`]; by rows: [`PictureRows`]; OpenEXR of any channels: [`ExrLayers`]; what a file is: [`FileFormat`] |
 //! | writing light | [`write_picture`], [`encode_picture`], [`PictureWriteOptions`], [`PictureWriteReport`]; OpenEXR of any channels: [`ExrLayers`] |
 //! | writing for display | [`Picture::write_png`], [`AnimatedPng`], [`FrameSequence`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
-//! | cube textures | [`read_cube_texture`], [`write_cube_texture`], [`encode_cube_texture`], [`CubeTexture`], [`TexelFormat`]; the light beside it [`ktx_sh`]; a face as an 8-bit picture [`encode_rgbd`], [`decode_rgbd`] |
+//! | cube textures | [`read_cube_texture`], [`write_cube_texture`], [`encode_cube_texture`], [`CubeTexture`], [`TexelFormat`]; the light beside it [`ktx_sh`]; a face as an 8-bit picture [`encode_rgbd`] |
 //! | differences | [`compare()`], [`relative_mse`], [`error_map`]; perceptual [`flip()`], [`hdr_flip()`]; statistical [`ZTest`], [`HalvesReport`] |
 //!
 //! # Linear light until the last step
@@ -83,7 +83,7 @@ pub use picture::tone::{Exposure, Tone};
 pub use picture::tone_curve::Curve;
 pub use pixel::{IntoPixel, Pixel, mix};
 pub use texture::cube_texture::{CubeTexture, mip_level_count, mip_level_size};
-pub use texture::rgbd::{RGBD_MAX, decode_rgbd, encode_rgbd};
+pub use texture::rgbd::{RGBD_MAX, encode_rgbd};
 pub use texture::texel_format::TexelFormat;
 pub use texture::texture::{
     TextureNotes, encode_cube_texture, is_cube_texture_bytes, ktx_sh, read_cube_texture, read_cube_texture_bytes,

@@ -139,8 +139,7 @@ pub(crate) fn note_apart(suns: &[Sun], mean: f64, name: &str, talk: Talk) {
         count => (format!("{count} suns"), "them"),
     };
     let stands = if suns.len() == 1 { "stands" } else { "stand" };
-    let text =
-        format!("{what} of {percent:.0} % of the light {stands} apart; --suns none leaves {it} in the expansion");
+    let text = format!("{what} of {percent:.0} % of the light {stands} apart; --suns none leaves {it} with the rest");
     talk.note(name, &text);
 }
 

@@ -180,11 +180,15 @@ pub fn export_light(
     options.check()?;
     let mut parts = LightParts::new(map, &options.suns, options.size, options.tolerance)?;
     let mut report = ExportReport { suns: parts.suns(false).to_vec(), files: Vec::new() };
-    let mut staged = Vec::new();
+    let mut made = Vec::with_capacity(engines.len());
     for engine in engines {
-        let folder = folder.as_ref().join(engine.name());
         let mut fewer = parts.limited(*engine, map, options)?;
-        let files = files_of(*engine, fewer.as_mut().unwrap_or(&mut parts), name, job.reborrow())?;
+        made.push(files_of(*engine, fewer.as_mut().unwrap_or(&mut parts), name, job.reborrow())?);
+    }
+    // All of them are known before a folder is made.
+    let mut staged = Vec::new();
+    for (engine, files) in engines.iter().zip(made) {
+        let folder = folder.as_ref().join(engine.name());
         std::fs::create_dir_all(&folder).map_err(|source| IoError::io(&folder, source))?;
         for file in files {
             let path = folder.join(&file.name);

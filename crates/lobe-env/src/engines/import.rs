@@ -18,15 +18,14 @@ const COUNT: usize = 27;
 /// in messages.
 ///
 /// * **text**: 27 numbers, as a line for each color or in one; words, brackets, separators and what stands behind `//`
-///   or
-///   `#` are left out. So are the lines of `cmgen` (`sh.txt`) and of `lobe sh encode`.
+///   or `#` are left out. `cmgen` (`sh.txt`) and `lobe sh encode` write such lines.
 /// * **JSON**: the first list of 27 numbers, or of nine times three, that stands anywhere in it: `LightProbe.toJSON` of
 ///   three.js, `lobe export`, `lobe sh encode --json`.
 /// * **.ktx** of Filament's tool or of Lobe: its key `sh`.
 /// * **.env** of Babylon.js: its polynomial.
 ///
 /// The last two say themselves what they hold, and are read by [`EngineForm::Filament`] and [`EngineForm::Babylon`]
-/// only.
+/// only. What Lobe writes and a `LightProbe` name their form, too, and no other is taken.
 ///
 /// # Errors
 /// [`EnvError::Image`] if there are no 27 numbers; [`EnvError::Options`] for a form that the file has not.
@@ -46,10 +45,13 @@ pub fn import_coefficients(bytes: &[u8], form: EngineForm, name: &str) -> Result
     }
     let text = str::from_utf8(bytes).map_err(|_| invalid(name, "text, a .ktx or a .env expected".into()))?;
     let text = text.trim_start_matches('\u{feff}');
-    let numbers = match text.trim_start().starts_with(['{', '[']).then(|| serde_json::from_str::<Value>(text)) {
-        Some(Ok(value)) => of_json(&value).unwrap_or_default(),
-        _ => of_text(text),
+    let (said, numbers) = match text.trim_start().starts_with(['{', '[']).then(|| serde_json::from_str(text)) {
+        Some(Ok(value)) => (said_by_json(&value), of_json(&value).unwrap_or_default()),
+        _ => (said_by_heading(text), of_text(text)),
     };
+    if let Some(said) = said.filter(|said| said != form.name()) {
+        return Err(EnvError::Options(format!("{name}: says that it holds {said}, not {form}")));
+    }
     match <[f64; COUNT]>::try_from(numbers) {
         Ok(numbers) if numbers.iter().all(|x| x.is_finite()) => Ok(form.decode(&form.colors(&numbers))),
         Ok(_) => Err(invalid(name, "a number is not finite".into())),
@@ -61,13 +63,29 @@ fn invalid(name: &str, message: String) -> EnvError {
     ImageError::Invalid { place: name.to_owned(), message }.into()
 }
 
+/// What the heading of `lobe sh encode` has behind its name and count.
+const HEADING: &str = " floats, of ";
+
+/// The name of the form in such a heading.
+fn said_by_heading(text: &str) -> Option<String> {
+    let heading = text.lines().find(|line| line.contains(HEADING))?;
+    heading.split(',').next().map(|said| said.trim().to_owned())
+}
+
+/// The name of the form that JSON of ours or a `LightProbe` says it holds.
+fn said_by_json(value: &Value) -> Option<String> {
+    let ours = value["form"].as_str().or(value["encoding"].as_str());
+    let is_probe = [value, &value["object"]].iter().any(|object| object["type"] == "LightProbe");
+    ours.or(is_probe.then(|| EngineForm::Three.name())).map(str::to_owned)
+}
+
 /// The numbers of a text, line by line; those of C# may end in f. A line that names its numbers, as ours do, has words
 /// in front of them.
 fn of_text(text: &str) -> Vec<f64> {
     let mut numbers = Vec::new();
     for line in text.lines() {
         let line = line.split("//").next().unwrap_or_default().split('#').next().unwrap_or_default();
-        let is_heading = line.contains(" floats, of ");
+        let is_heading = line.contains(HEADING);
         let words = line.split(|c: char| c.is_whitespace() || ",;()[]{}".contains(c)).filter(|word| !word.is_empty());
         numbers.extend(words.filter(|_| !is_heading).filter_map(number));
     }
@@ -150,6 +168,20 @@ mod tests {
         let rows: Vec<Vec<f64>> = colors.iter().map(|color| color.to_array().to_vec()).collect();
         let nested = serde_json::json!({ "a": [1, 2], "b": { "coefficients": rows } }).to_string();
         expect(&import_coefficients(nested.as_bytes(), form, "test").unwrap(), 1e-15, "nested JSON");
+    }
+
+    #[test]
+    fn what_names_its_form_is_taken_for_no_other() {
+        let error = |text: &str| import_coefficients(text.as_bytes(), EngineForm::Unity, "a").unwrap_err().to_string();
+        let numbers = "1 ".repeat(COUNT);
+        assert_eq!(
+            error(&format!("packed, 27 floats, of E/pi, y up\n{numbers}")),
+            "a: says that it holds packed, not unity"
+        );
+        for form in [EngineForm::Three, EngineForm::Godot] {
+            let found = error(&coefficients::file(form, &light()));
+            assert_eq!(found, format!("a: says that it holds {form}, not unity"), "{form}");
+        }
     }
 
     #[test]

@@ -9,12 +9,14 @@ pub(crate) fn text(engine: Engine, name: &str, files: &[ExportedFile], suns: usi
     let mut text = format!("# The light of {name} for {title}\n\n");
     text += &format!("Written by lobe {}; {}.\n\n", env!("CARGO_PKG_VERSION"), engine.tried());
     text += "| file | what it is |\n|---|---|\n";
+    let program = files.last().map_or("the program", |file| &file.name);
     for ExportedFile { name, what, .. } in files {
         text += &format!("| {name} | {what} |\n");
     }
+    text += &format!("\nThe first lines of {program} say how it is used. Its numbers are those of the other files.\n");
     text += &format!("\n- Frame: {}.\n- Units: {units}.\n", frame.description());
     if panorama_turn != 0 {
-        text += "- Panoramas are turned by a quarter, as this engine reads them. The map itself is not.\n";
+        text += "- Panoramas are turned by a quarter, as this engine reads them; do not put the map itself in their place.\n";
     }
     if let Some((roughness, _)) = chain {
         text += &format!("- The levels of the chain hold the roughness that this engine reads there: {roughness}.\n");

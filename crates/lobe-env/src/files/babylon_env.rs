@@ -21,7 +21,7 @@
 
 use std::f64::consts::PI;
 
-use lobe_image::{ImageError, PictureWriteReport, RGBD_MAX, decode_rgbd, encode_rgbd, mip_level_count, mip_level_size};
+use lobe_image::{ImageError, PictureWriteReport, RGBD_MAX, encode_rgbd, mip_level_count};
 use lobe_io::parallel;
 use lobe_sh::encoding::{EngineForm, IrradiancePolynomial};
 use lobe_sh::{Coefficient as _, Rgb, ShL2};
@@ -29,18 +29,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::EnvError;
 use crate::map::cube_handedness::CubeHandedness;
-use crate::map::cube_map::CubeMap;
 use crate::map::cube_mip_chain::CubeMipChain;
 use crate::mapping::cube::FACES;
+use crate::prefilter::roughness_levels::BABYLON_SCALE;
 
 /// The first eight bytes.
 const MAGIC: [u8; 8] = [0x86, 0x16, 0x87, 0x96, 0xf6, 0xd6, 0x96, 0x36];
-
-/// The largest faces that are read.
-const LARGEST: usize = 8192;
-
-/// Levels for each doubling of α; see [`RoughnessLevels::Babylon`](crate::RoughnessLevels::Babylon).
-const SCALE: f64 = 0.8;
 
 /// The description in front of the pictures.
 #[derive(Serialize, Deserialize)]
@@ -68,12 +62,8 @@ struct Polynomial {
 #[serde(rename_all = "camelCase")]
 struct Specular {
     mipmaps: Vec<Place>,
-    #[serde(default = "usual_scale")]
+    #[serde(default)]
     lod_generation_scale: f64,
-}
-
-fn usual_scale() -> f64 {
-    SCALE
 }
 
 /// Where a picture lies behind the zero.
@@ -82,16 +72,6 @@ struct Place {
     length: usize,
     #[serde(default)]
     position: usize,
-}
-
-/// What a `.env` of Babylon.js holds.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct BabylonEnv {
-    /// The prefiltered cube down to faces of one texel.
-    pub chain: CubeMipChain,
-    /// The light of diffuse surfaces, in Lobe's frame.
-    pub light: Option<ShL2<Rgb<f64>>>,
 }
 
 /// The bytes of a `.env` file: a chain down to faces of one texel, whose roughness is that of
@@ -124,7 +104,7 @@ pub fn encode_babylon_env(
         position += bytes.len();
         place
     });
-    let specular = Specular { mipmaps: mipmaps.collect(), lod_generation_scale: SCALE };
+    let specular = Specular { mipmaps: mipmaps.collect(), lod_generation_scale: BABYLON_SCALE };
     let manifest = Manifest { version: 1, width: size, irradiance: Some(Polynomial::of(light)), specular };
     let json = serde_json::to_vec(&manifest).map_err(|error| EnvError::Options(error.to_string()))?;
     let mut bytes = [&MAGIC[..], &json, &[0]].concat();
@@ -142,47 +122,7 @@ pub(crate) fn is_babylon_env(bytes: &[u8]) -> bool {
     bytes.starts_with(&MAGIC)
 }
 
-/// Reads a `.env` of version 1 or 2 whose pictures are PNG; `name` stands for the file in messages.
-///
-/// # Errors
-/// [`EnvError::Image`] if the file is damaged, or its pictures are of another kind.
-pub fn read_babylon_env_bytes(bytes: &[u8], name: &str) -> Result<BabylonEnv, EnvError> {
-    let (manifest, data) = manifest(bytes, name)?;
-    let Manifest { width, irradiance, specular, .. } = manifest;
-    let light = irradiance.map(|polynomial| polynomial.light());
-    let count = specular.mipmaps.len() / FACES;
-    if !(1..=LARGEST).contains(&width) || count == 0 || count > mip_level_count(width) {
-        return Err(invalid(name, &format!("{} pictures for faces of {width} texels", specular.mipmaps.len())));
-    }
-    // A small file cannot ask for the same picture again and again.
-    let in_order = specular
-        .mipmaps
-        .windows(2)
-        .all(|two| two[0].position.checked_add(two[0].length).is_some_and(|end| end <= two[1].position));
-    if !in_order {
-        return Err(invalid(name, "expected pictures one after the other, found some that overlap"));
-    }
-    let read = |i: usize| {
-        let Place { length, position } = specular.mipmaps[i];
-        let end = position.checked_add(length);
-        let picture = end.and_then(|end| data.get(position..end));
-        let picture = picture.ok_or_else(|| invalid(name, &format!("picture {i} reaches beyond the end")))?;
-        let size = mip_level_size(width, i / FACES);
-        let (found, texels) = decode_rgbd(picture, name, size * size)?;
-        if found != size {
-            return Err(invalid(name, &format!("picture {i} has {found} columns, not {size}")));
-        }
-        Ok(texels.chunks(size).rev().flatten().map(|texel| Rgb::from(*texel)).collect::<Vec<Rgb<f32>>>())
-    };
-    let faces = parallel::map(FACES * count, &read).into_iter().collect::<Result<Vec<_>, EnvError>>()?;
-    let level = |(k, faces): (usize, &[Vec<Rgb<f32>>; FACES])| {
-        CubeMap::from_handed_faces(mip_level_size(width, k), faces, CubeHandedness::Left)
-    };
-    let levels = faces.as_chunks::<FACES>().0.iter().enumerate().map(level).collect::<Result<_, _>>()?;
-    Ok(BabylonEnv { chain: CubeMipChain::new(levels)?, light })
-}
-
-/// The light of diffuse surfaces in a `.env`, without its pictures.
+/// The light of diffuse surfaces in a `.env` of version 1 or 2.
 pub(crate) fn light_of_babylon_env(bytes: &[u8], name: &str) -> Result<ShL2<Rgb<f64>>, EnvError> {
     let (manifest, _) = manifest(bytes, name)?;
     let polynomial = manifest.irradiance.ok_or_else(|| invalid(name, "it has no irradiance as a polynomial"))?;
@@ -245,10 +185,24 @@ impl Polynomial {
 
 #[cfg(test)]
 mod tests {
+    use lobe_image::mip_level_size;
     use lobe_sh::Expansion as _;
     use lobe_testkit::Random;
 
     use super::*;
+    use crate::map::cube_map::CubeMap;
+
+    /// A picture as Babylon.js decodes it: (c/255)^2.2 / D, rows from the lowest on.
+    fn decoded(png: &[u8]) -> Vec<Rgb<f32>> {
+        let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
+        let mut samples = vec![0; reader.output_buffer_size().unwrap()];
+        let size = reader.next_frame(&mut samples).unwrap().width as usize;
+        let light = |[r, g, b, d]: &[u8; 4]| {
+            Rgb::from([*r, *g, *b].map(|c| (f32::from(c) / 255.0).powf(2.2) * 255.0 / f32::from(*d)))
+        };
+        let texels: Vec<_> = samples.as_chunks::<4>().0.iter().map(light).collect();
+        texels.chunks(size).rev().flatten().copied().collect()
+    }
 
     fn light() -> ShL2<Rgb<f64>> {
         let values = Random::new(3).signed_vec(27);
@@ -266,18 +220,24 @@ mod tests {
         let (chain, light) = (chain(16), light());
         let (bytes, report) = encode_babylon_env(&chain, &light).unwrap();
         assert_eq!(report, PictureWriteReport::default(), "nothing is clamped");
-        let found = read_babylon_env_bytes(&bytes, "test").unwrap();
-        let back = found.light.unwrap();
+        let back = light_of_babylon_env(&bytes, "test").unwrap();
         for (i, (a, b)) in back.coefficients().iter().zip(light.coefficients()).enumerate() {
-            let error = (*a - *b).to_array().into_iter().fold(0.0, |worst: f64, e| worst.max(e.abs()));
+            let error = (*a - *b).to_array().into_iter().map(f64::abs).max_by(f64::total_cmp).unwrap();
             assert!(error < 1e-14, "coefficient {i}: {a:?}, expected {b:?}");
         }
-        assert_eq!(light_of_babylon_env(&bytes, "test").unwrap(), back, "without the pictures");
-        for (k, (found, expected)) in found.chain.levels().iter().zip(chain.levels()).enumerate() {
+        let (manifest, data) = manifest(&bytes, "test").unwrap();
+        let pictures = manifest.specular.mipmaps;
+        assert_eq!(pictures.len(), FACES * chain.levels().len(), "a picture for each face of each level");
+        for (k, (places, expected)) in pictures.chunks(FACES).zip(chain.levels()).enumerate() {
+            let faces = std::array::from_fn(|face| {
+                let Place { length, position } = places[face];
+                decoded(&data[position..position + length])
+            });
+            let found = CubeMap::from_handed_faces(mip_level_size(16, k), &faces, CubeHandedness::Left).unwrap();
             for (a, b) in found.texels().iter().zip(expected.texels()) {
                 // Eight bits of the root of 2.2, divided by D.
                 let most = 0.005 * b.r.max(b.g).max(b.b).max(1.0);
-                let error = (*a - *b).to_array().into_iter().fold(0.0, |worst: f32, e| worst.max(e.abs()));
+                let error = (*a - *b).to_array().into_iter().map(f32::abs).max_by(f32::total_cmp).unwrap();
                 assert!(error < most, "level {k}: {a:?}, expected {b:?}");
             }
         }
@@ -312,10 +272,8 @@ mod tests {
     #[test]
     fn damaged_files_are_refused() {
         let (bytes, _) = encode_babylon_env(&chain(2), &light()).unwrap();
-        let error = |bytes: &[u8]| read_babylon_env_bytes(bytes, "test").unwrap_err().to_string();
-        for (what, damaged) in
-            [("cut off", &bytes[..bytes.len() - 9]), ("without a zero", &bytes[..40]), ("other", &b"PNG"[..])]
-        {
+        let error = |bytes: &[u8]| light_of_babylon_env(bytes, "test").unwrap_err().to_string();
+        for (what, damaged) in [("without a zero", &bytes[..40]), ("other", &b"PNG"[..])] {
             let said = error(damaged);
             assert!(said.starts_with("test: damaged"), "{what}: {said}");
         }

@@ -248,7 +248,7 @@ mod tests {
     }
 
     fn worst(a: Rgb<f64>, b: Rgb<f64>) -> f64 {
-        (0..3).map(|c| (a.channel(c) - b.channel(c)).abs()).fold(0.0, f64::max)
+        (0..3).map(|c| (a.channel(c) - b.channel(c)).abs()).max_by(f64::total_cmp).unwrap()
     }
 
     /// The polynomials of a direction of the engine's frame, without constants.
