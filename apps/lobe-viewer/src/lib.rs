@@ -11,7 +11,7 @@
 //! | the application | [`ViewerApp`], [`RoomName`], [`Kept`], [`UserFolder`], [`Gpu`] |
 //! | the room of scenes | [`SceneRoom`], [`SceneEdits`], [`SceneLamp`], [`Comparison`], [`vertex_under`], [`transfer_of`] |
 //! | the rooms of skies, functions and motion | [`SkyRoom`], [`Shelf`], [`FunctionsRoom`], [`MotionRoom`], [`MotionEdits`], [`MotionView`] |
-//! | what is shown of a scene | [`Mode`], [`SurfaceModel`], [`Taming`], [`Orbit`] |
+//! | what is shown of a scene | [`Mode`], [`Surfaces`](lobe::render::Surfaces), [`Taming`], [`Orbit`] |
 //! | what is computed | [`Formula`] |
 //! | reading and baking off the thread of the window | [`ReadLimits`], [`Task`], [`open_scene`], [`open_moving`], [`open_sky`], [`bake_scene`], [`moving_bake_options`] |
 //! | pictures as files | [`ExportPlan`], [`SceneExport`] |
@@ -40,7 +40,6 @@ pub use loading::moving_source::open_moving;
 pub use loading::places::Places;
 pub use loading::scene_source::{OpenedScene, open_scene};
 pub use loading::sky_source::{OpenedSky, open_sky};
-pub use loading::surface_model::SurfaceModel;
 pub use loading::task::{Control, Task, TaskEvent};
 pub use rooms::formulas::Formula;
 pub use rooms::functions::edits::{FunctionsEdits, OpenedFunction, Section, Shape, Study};

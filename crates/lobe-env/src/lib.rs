@@ -64,7 +64,7 @@
 //! | sun extraction | [`extract_sun`], [`SunOptions`], [`SunReport`], [`Sun`], [`read_suns`] |
 //! | a light for an engine | [`export_light`], [`Engine`], [`ExportOptions`]; its coefficients back [`import_coefficients`]; files of Babylon.js [`encode_babylon_env`] |
 //! | suns and the rest of the light | [`SceneLight`] by a [`SunChoice`] |
-//! | reflectance and its directional albedo | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`dfg_separable`], [`Dfg`], [`DfgTable`]; [`LobeTable`] |
+//! | reflectance and its directional albedo | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`dfg_separable`], [`Dfg`], [`DfgTable`]; [`LobeTable`], [`LobeFactors`] |
 //!
 //! # A map is constant over each texel
 //!
@@ -153,6 +153,7 @@ pub use projection::project_map::project_map;
 pub use projection::reconstruct::{reconstruct, reconstruct_into};
 pub use reflection::brdf::{Brdf, Ggx, Lambert, Phong};
 pub use reflection::dfg::{Dfg, DfgTable, dfg, dfg_separable};
+pub use reflection::lobe_factors::LobeFactors;
 pub use reflection::lobe_table::{LobeNode, LobeTable};
 pub use reflection::specular_lobe::SpecularLobe;
 pub use resample::cube_source::cube_source;

@@ -24,7 +24,6 @@ use crate::loading::export::ExportPlan;
 use crate::loading::file_kind::{self, FileKind, TENSORS};
 use crate::loading::limits::ReadLimits;
 use crate::loading::place::IN_PAGE;
-use crate::loading::surface_model::SurfaceModel;
 use crate::rooms::functions::functions_room::FunctionsRoom;
 use crate::rooms::motion::motion_room::MotionRoom;
 use crate::rooms::rooms::{RoomName, Rooms};
@@ -34,6 +33,7 @@ use crate::widgets::file_list::FileList;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::history::Step;
 use crate::widgets::notice::Notice;
+use lobe::render::Surfaces;
 
 /// Seconds between two times at which what changed is kept.
 const KEEP_EVERY: f64 = 3.0;
@@ -160,7 +160,7 @@ impl ViewerApp {
 
     /// The same viewer with surfaces by another model, if any.
     #[must_use]
-    pub fn reflecting_by(mut self, surfaces: Option<SurfaceModel>) -> Self {
+    pub fn reflecting_by(mut self, surfaces: Option<Surfaces>) -> Self {
         surfaces.into_iter().for_each(|surfaces| self.rooms.each(|room| room.reflect_by(surfaces)));
         self
     }

@@ -16,8 +16,8 @@ use crate::app::kept::{Kept, LEAST};
 use crate::app::viewer_app::ViewerApp;
 use crate::loading::cache::UserFolder;
 use crate::loading::limits::ReadLimits;
-use crate::loading::surface_model::SurfaceModel;
 use crate::widgets::gpu::Gpu;
+use lobe::render::Surfaces;
 
 /// The size of the window at the first start, in points.
 const SIZE: [f32; 2] = [1280.0, 800.0];
@@ -30,7 +30,7 @@ const MOST_LOSSES: usize = 3;
 pub(crate) fn open(
     files: &[PathBuf],
     limits: ReadLimits,
-    (suns, surfaces): (&SunChoice, Option<SurfaceModel>),
+    (suns, surfaces): (&SunChoice, Option<Surfaces>),
 ) -> anyhow::Result<()> {
     let said = keep_panics_quiet();
     for losses in 0..=MOST_LOSSES {
@@ -69,7 +69,7 @@ fn is_gone(device: &OnceLock<Context>) -> bool {
 }
 
 fn run(
-    (files, limits, suns, surfaces): (&[PathBuf], ReadLimits, &SunChoice, Option<SurfaceModel>),
+    (files, limits, suns, surfaces): (&[PathBuf], ReadLimits, &SunChoice, Option<Surfaces>),
     losses: usize,
     lost: &Arc<AtomicBool>,
     device: &Arc<OnceLock<Context>>,

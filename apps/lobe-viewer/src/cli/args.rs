@@ -15,7 +15,7 @@ use lobe_gpu::{GpuCamera, SceneViewOptions, Storage, TurntableOptions};
 
 use crate::loading::limits::ReadLimits;
 use crate::loading::moving_light::LitOn;
-use crate::loading::surface_model::SurfaceModel;
+use lobe::render::Surfaces;
 
 /// Help of the files.
 fn files() -> String {
@@ -56,9 +56,9 @@ pub(crate) struct Arguments {
     /// with which pictures have an alpha; or a color, #rrggbb of sRGB or r,g,b of linear radiance
     #[arg(long, value_name = "env|light|none|COLOR", default_value_t = Background::Env, requires = "headless")]
     pub(crate) background: Background,
-    /// The model of reflection [default: matte, in the window as it was left]
-    #[arg(long, value_enum)]
-    pub(crate) surfaces: Option<SurfaceModel>,
+    /// The model of reflection, matte or gltf as of lobe render [default: matte, in the window as it was left]
+    #[arg(long, value_name = "MODEL", value_parser = surfaces)]
+    pub(crate) surfaces: Option<Surfaces>,
     /// The light paths that are shown; of a scene that moves, how its parts hide the sky
     #[arg(long, value_enum, default_value = "interreflected")]
     pub(crate) mode: ModeName,
@@ -128,6 +128,14 @@ pub(crate) struct Arguments {
     pub(crate) software: bool,
 }
 
+/// The models that the device shows.
+fn surfaces(text: &str) -> Result<Surfaces, String> {
+    match text.parse()? {
+        Surfaces::MetallicRoughnessSeparable => Err("expected matte or gltf; lobe render shows gltf-separable".into()),
+        shown => Ok(shown),
+    }
+}
+
 impl Arguments {
     /// The tone mapping, whose exposure suits the first picture unless one was asked for.
     pub(crate) fn tone(&self) -> anyhow::Result<Tone> {
@@ -153,7 +161,7 @@ impl Arguments {
     }
 
     /// The model of reflection.
-    pub(crate) fn surfaces(&self) -> SurfaceModel {
+    pub(crate) fn surfaces(&self) -> Surfaces {
         self.surfaces.unwrap_or_default()
     }
 
@@ -161,7 +169,7 @@ impl Arguments {
     pub(crate) fn check_surfaces(&self) -> anyhow::Result<()> {
         use ModeName::{Glossy, Interreflected, Shadowed, Specular};
         let transfer = self.transfer.as_ref().map(|file| format!("--transfer {}", file.display()));
-        let gltf = (self.surfaces() == SurfaceModel::Gltf).then(|| "--surfaces gltf".to_owned());
+        let gltf = (self.surfaces() == Surfaces::MetallicRoughness).then(|| "--surfaces gltf".to_owned());
         for (given, modes) in [
             (gltf, &[Shadowed, Interreflected][..]),
             (self.lobe.map(|_| "--lobe".to_owned()), &[Glossy]),

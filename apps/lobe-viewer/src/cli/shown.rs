@@ -19,7 +19,7 @@ use crate::loading::mode::Mode;
 use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::suns::{bake_direct, suns_apart};
-use crate::loading::surface_model::SurfaceModel;
+use lobe::render::Surfaces;
 
 /// Bands without another choice, where nothing is baked yet.
 pub(crate) const ORDER: usize = 4;
@@ -63,7 +63,7 @@ impl Shown {
         has_suns: bool,
     ) -> anyhow::Result<Self> {
         arguments.check_surfaces()?;
-        if arguments.surfaces() == SurfaceModel::Matte {
+        if arguments.surfaces() == Surfaces::Matte {
             return Self::lit(arguments, data, baked, &sky.map, has_suns);
         }
         let shown = Self::lit(arguments, data, baked, &sky.map, true)?;
@@ -133,7 +133,7 @@ impl Shown {
             let (transfer, _) = bake_scene(data, &options, progress(format!("{} transfer", mode.name())))?;
             baked.push((mode, transfer));
         }
-        let is_shining = mode == Mode::Interreflected && arguments.surfaces() == SurfaceModel::Matte;
+        let is_shining = mode == Mode::Interreflected && arguments.surfaces() == Surfaces::Matte;
         let glossy = if is_shining { bake_glossy(data, order, samples, progress("metals"))? } else { Vec::new() };
         let of = |mode: BakeMode| baked.iter().find(|(found, _)| *found == mode).map(|(_, transfer)| transfer);
         Ok(match mode.transfer(of)? {
@@ -245,7 +245,7 @@ impl Kept<'_> {
         let Self { name, mode, recipe, needs_direct } = *self;
         expect_order(arguments, name, transfer.order())?;
         let needs_direct = needs_direct && mode == Mode::Interreflected;
-        let is_gltf = arguments.surfaces() == SurfaceModel::Gltf;
+        let is_gltf = arguments.surfaces() == Surfaces::MetallicRoughness;
         match (transfer, places) {
             (AnyTransfer::Compressed(compressed), Places::Vertices) if !needs_direct && !is_gltf => {
                 Ok(Shown::Clusters(mode, compressed))

@@ -17,8 +17,8 @@ use crate::loading::limits::ReadLimits;
 use crate::loading::place::IN_PAGE;
 use crate::loading::places::Places;
 use crate::loading::scene_source::open_scene_for;
-use crate::loading::surface_model::SurfaceModel;
 use crate::loading::task::Control;
+use lobe::render::Surfaces;
 
 /// Paths of the first bakes of a scene, which are there after a moment, before that which is asked for.
 const FIRST_SAMPLES: [u32; 2] = [8, 64];
@@ -159,7 +159,7 @@ pub fn bake_scene(
 /// Opens a scene and says what is known of its light: what its file holds, what was kept of it, or what is baked now.
 pub(crate) fn open(
     control: &Control<SceneNews>,
-    (source, surfaces): (&Path, SurfaceModel),
+    (source, surfaces): (&Path, Surfaces),
     (order, samples): (usize, u32),
     (folder, limits): (&UserFolder, &ReadLimits),
 ) -> Result<(), String> {

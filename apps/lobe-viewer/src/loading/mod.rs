@@ -2,7 +2,6 @@
 //!
 //! Read `place`, which says whether there are threads and files at all, `task`, which runs work beside the window,
 //! `limits`, what files may ask for, and `file_kind`, what they are, then `mode`, the ways to light a scene,
-//! `surface_model`, how it reflects,
 //! `scene_source`, `moving_source` and `sky_source`, which say where things are and read them, `shrunk`, skies for
 //! devices of small textures, `backdrop`, what is behind a scene, `bake` with `places`, what transfer is of,
 //! `kept_transfer`, which reads it, and `adopt`, which gives it to the scene that is open, `suns`, which stand beside
@@ -28,5 +27,4 @@ pub(crate) mod scene_source;
 pub(crate) mod shrunk;
 pub(crate) mod sky_source;
 pub(crate) mod suns;
-pub(crate) mod surface_model;
 pub(crate) mod task;

@@ -8,7 +8,7 @@ use lobe::scene::{Scene, built_in, is_gltf, read_scene, read_scene_bytes};
 
 use crate::loading::limits::{ReadLimits, plain};
 use crate::loading::place::given;
-use crate::loading::surface_model::SurfaceModel;
+use lobe::render::Surfaces;
 
 /// The prefix of the names of built-in scenes, as of the command `lobe`.
 pub(crate) const BUILT_IN: &str = "built-in:";
@@ -42,15 +42,11 @@ impl OpenedScene {
 /// # Errors
 /// One line that says what is wrong with the file or the name.
 pub fn open_scene(source: &Path, limits: &ReadLimits) -> anyhow::Result<OpenedScene> {
-    open_scene_for(source, limits, SurfaceModel::Matte)
+    open_scene_for(source, limits, Surfaces::Matte)
 }
 
 /// The same with the textures that such surfaces need.
-pub(crate) fn open_scene_for(
-    source: &Path,
-    limits: &ReadLimits,
-    surfaces: SurfaceModel,
-) -> anyhow::Result<OpenedScene> {
+pub(crate) fn open_scene_for(source: &Path, limits: &ReadLimits, surfaces: Surfaces) -> anyhow::Result<OpenedScene> {
     let text = source.to_string_lossy();
     if let Some(name) = text.strip_prefix(BUILT_IN) {
         let Some(scene) = built_in::named(name) else {
@@ -60,7 +56,7 @@ pub(crate) fn open_scene_for(
         return Ok(OpenedScene::of_built_in(name, scene));
     }
     let name = source.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let options = limits.scene().finish(surfaces != SurfaceModel::Matte);
+    let options = limits.scene().finish(surfaces != Surfaces::Matte);
     let is_gltf = is_gltf(source);
     let read: BakedOrScene = match (given(source), is_gltf) {
         (Some(bytes), true) => read_baked_or_scene_bytes(&bytes, &name, &options).map_err(plain)?,

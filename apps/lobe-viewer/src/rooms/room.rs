@@ -8,9 +8,9 @@ use lobe::env::SunChoice;
 use crate::loading::file_kind::FileKind;
 use crate::loading::limits::ReadLimits;
 use crate::loading::sky_source::OpenedSky;
-use crate::loading::surface_model::SurfaceModel;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::history::{Can, Step};
+use lobe::render::Surfaces;
 
 /// A room.
 pub(crate) trait Room {
@@ -41,7 +41,7 @@ pub(crate) trait Room {
     fn look_for_suns(&mut self, _: &SunChoice) {}
 
     /// Shows surfaces by this model.
-    fn reflect_by(&mut self, _: SurfaceModel) {}
+    fn reflect_by(&mut self, _: Surfaces) {}
 
     /// Reads files within these limits from now on.
     fn read_within(&mut self, _: ReadLimits) {}

@@ -7,8 +7,9 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use lobe::env::{EnvMap, write_env};
 use lobe::prt::BakeMode;
+use lobe::render::Surfaces;
 use lobe::sh::{Dir, Expansion as _, Rgb, Zonal};
-use lobe_viewer::{Mode, Orbit, SceneEdits, SceneLamp, SceneRoom, Step, SurfaceModel, UserFolder, transfer_of};
+use lobe_viewer::{Mode, Orbit, SceneEdits, SceneLamp, SceneRoom, Step, UserFolder, transfer_of};
 
 use crate::wait::step_until;
 
@@ -213,12 +214,12 @@ fn materials_take_the_place_of_metals_and_prefilter_the_sky() {
     harness.get_by_label("Materials").click();
     harness.run_steps(2);
     settle(&mut harness);
-    assert_eq!(harness.state().edits().surfaces, SurfaceModel::Gltf, "as it was pressed");
+    assert_eq!(harness.state().edits().surfaces, Surfaces::MetallicRoughness, "as it was pressed");
     assert!(harness.query_by_label("Metals shine").is_none(), "metals are among the materials");
     assert_eq!(harness.state().message(), None, "nothing went wrong");
     harness.get_by_label("Materials").click();
     harness.run_steps(2);
-    assert_eq!(harness.state().edits().surfaces, SurfaceModel::Matte, "pressed again");
+    assert_eq!(harness.state().edits().surfaces, Surfaces::Matte, "pressed again");
 }
 
 #[test]

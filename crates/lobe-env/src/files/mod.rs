@@ -5,8 +5,7 @@
 //! interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]), completes cropped panoramas ([`cropped`], by what
 //! [`panorama`] finds in XMP) and makes maps of fisheye pictures ([`fisheye`], by the rays of [`fisheye_rays`]). A map
 //! that is only projected need not be read whole ([`project_map_file()`]). [`babylon_env`] is a file of Babylon.js.
-//! Uses `map`, `mapping`, `projection` and
-//! `resample`.
+//! Uses `map`, `mapping`, `prefilter`, `projection` and `resample`.
 
 pub(crate) mod babylon_env;
 pub mod bundled;

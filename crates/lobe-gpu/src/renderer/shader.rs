@@ -30,6 +30,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "elementary" => "elementary.wgsl",
     "environment" => "environment.wgsl",
     "field_stencil" => "field_stencil.wgsl",
+    "facing" => "facing.wgsl",
     "finish" => "finish.wgsl",
     "glossy" => "glossy.wgsl",
     "lobe_table" => "lobe_table.wgsl",
@@ -108,6 +109,12 @@ impl Shader {
     /// With a constant that its modules expect.
     pub(crate) fn constant(mut self, name: &str, value: usize) -> Self {
         let _ = writeln!(self.constants, "const {name} = {value}u;");
+        self
+    }
+
+    /// With a constant of single precision.
+    pub(crate) fn number(mut self, name: &str, value: f64) -> Self {
+        let _ = writeln!(self.constants, "const {name} = {:?};", value as f32);
         self
     }
 

@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
+use lobe_env::LobeFactors;
 use lobe_prt::{AlbedoMode, Receivers, Transfer};
 use lobe_scene::Scene;
-use lobe_sh::Zonal;
 
 use crate::error::GpuError;
 use crate::lookup::specular::SplitSum;
@@ -20,9 +20,6 @@ use crate::storage::Storage;
 
 /// Bands of the visibility of vertices in shaders.
 const ORDER: usize = 3;
-
-/// Levels of roughness of the factors of lobes, as on the processor.
-const LOBE_LEVELS: usize = 17;
 
 /// The uniform of all light and its negative.
 pub(crate) const OTHERS_LIGHT: &str = "light of others";
@@ -131,7 +128,9 @@ impl<'a> GltfShading<'a> {
     pub(crate) fn constants(&self, shader: Shader) -> Shader {
         let shader = with_finishes(self.reflections.environment.constants(shader));
         shader
-            .constant("LOBE_LEVELS", LOBE_LEVELS)
+            .constant("LOBE_LEVELS", LobeFactors::LEVELS)
+            .number("LEAST_ABOVE", LobeFactors::LEAST_ABOVE)
+            .number("LEAST_HIDDEN", LobeFactors::LEAST_HIDDEN)
             .constant("WITHOUT_ALBEDO", usize::from(self.is_without_albedo()))
             .constant("HAS_VISIBILITY", usize::from(self.direct.is_some()))
             .constant("HAS_OTHERS", usize::from(self.direct_of_others().is_some()))
@@ -165,12 +164,10 @@ impl<'a> GltfShading<'a> {
 }
 
 /// What blurs each band by the lobe of GGX, for rising roughness; none of bands that are not known.
-fn lobe_factors(order: usize) -> [[f32; 4]; LOBE_LEVELS] {
-    std::array::from_fn(|k| {
-        let roughness = k as f64 / (LOBE_LEVELS - 1) as f64;
-        let factors = Zonal::ggx(order, roughness * roughness).convolution_factors();
-        std::array::from_fn(|l| factors.get(l).map_or(0.0, |factor| *factor as f32))
-    })
+fn lobe_factors(order: usize) -> [[f32; 4]; LobeFactors::LEVELS] {
+    let factors = LobeFactors::new(order);
+    let level = |level: &Vec<f64>| std::array::from_fn(|l| level.get(l).map_or(0.0, |factor| *factor as f32));
+    std::array::from_fn(|k| level(&factors.levels()[k]))
 }
 
 /// The transfer of visibility of each vertex: that without reflections over the albedo, in the channel that is known

@@ -1,4 +1,4 @@
-// uses: camera, transfer_texture, gltf
+// uses: camera, facing, transfer_texture, gltf
 // Surfaces of the metallic-roughness model by transfer in a texture, as `shade_gltf`, for devices whose shaders read no
 // buffers. Finish and color are those of vertices, and what lights a vertex is summed where it is drawn. `sunlight` of
 // suns stands beside this.
@@ -86,19 +86,15 @@ fn vertex(
 
 @fragment
 fn fragment(in: Varying, @builtin(front_facing) is_front: bool) -> @location(0) vec4f {
-    let across = cross(dpdx(in.at), dpdy(in.at));
+    // Derivatives are those of all fragments.
+    let facing = facing_of(in.at, in.normal, is_front);
     if !is_front && DOUBLE_SIDED == 0u {
         return shown(vec3f(0.0));
     }
-    let side = select(-1.0, 1.0, is_front);
-    let normal = side * normalize(in.normal);
-    let length_of = length(across);
-    let flat = select(normal, across / length_of, length_of > 0.0);
-    let plane = select(-flat, flat, dot(flat, normal) >= 0.0);
     let finish = Finish(in.finish.x, in.finish.y, in.finish.z, in.emission);
     let matte = select(in.radiance, in.albedo * in.radiance, WITHOUT_ALBEDO == 1u);
     let point = Shiny(
-        normal,
+        facing.normal,
         -camera_towards(camera, in.position.xy),
         in.albedo,
         finish,
@@ -108,5 +104,5 @@ fn fragment(in: Varying, @builtin(front_facing) is_front: bool) -> @location(0) 
         Visibility(in.first, in.second, in.finish.w),
         is_front && HAS_VISIBILITY == 1u
     );
-    return shown(gltf_radiance(point) + sunlight(in.at, plane, point));
+    return shown(gltf_radiance(point) + sunlight(in.at, facing.plane, point));
 }

@@ -13,7 +13,9 @@ fn facets(n: vec3f, v: vec3f, l: vec3f, h: vec3f, width: f32) -> f32 {
     let across = cross(n, h);
     let cos_h = dot(n, h);
     let lobe = dot(across, across) + width * cos_h * cos_h;
-    let masked = cos_l * sqrt(width + (1.0 - width) * cos_v * cos_v) + cos_v * sqrt(width + (1.0 - width) * cos_l * cos_l);
+    let root_v = sqrt(width + (1.0 - width) * cos_v * cos_v);
+    let root_l = sqrt(width + (1.0 - width) * cos_l * cos_l);
+    let masked = cos_l * root_v + cos_v * root_l;
     return width / (3.14159265358979 * lobe * lobe * 2.0 * masked);
 }
 

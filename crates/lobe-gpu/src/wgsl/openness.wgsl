@@ -1,12 +1,7 @@
 // uses: basis
 // How open a point is towards a lobe of directions, by transfer without reflections: the counterpart of
-// `lobe_render`'s openness, of order 3. A program binds the factors of lobes as `lobe_factors`, at LOBE_LEVELS levels of
-// roughness.
-
-// As on the processor: below this part of a lobe above the horizon, its openness is that of the hemisphere; below this
-// hidden part of the hemisphere, the radiance of what hides it is that of so large a part.
-const LEAST_ABOVE = 0.05;
-const LEAST_HIDDEN = 0.02;
+// `lobe_render`'s openness, of order 3. A program binds the factors of lobes as `lobe_factors`, at LOBE_LEVELS levels
+// of roughness; the limits LEAST_ABOVE and LEAST_HIDDEN are those of `lobe_env::LobeFactors`.
 
 // The nine coefficients of the transfer of visibility.
 struct Visibility {
@@ -42,7 +37,8 @@ fn around_at(d: Visibility, axis: vec3f, n: vec3f, roughness: f32, albedo: vec3f
     // The clamped cosine: bands of 1/4, 1/2, 5/16.
     let c = dot(n, axis);
     let above = dot(k, vec3f(0.25, 0.5 * c, 0.3125 * (1.5 * c * c - 0.5)));
-    let open = select(ambient, clamp(along * 3.14159265358979 / max(above, LEAST_ABOVE), 0.0, 1.0), above > LEAST_ABOVE);
+    let part = clamp(along * 3.14159265358979 / max(above, LEAST_ABOVE), 0.0, 1.0);
+    let open = select(ambient, part, above > LEAST_ABOVE);
     let others = max(sent_back / max(albedo, vec3f(1e-30)), vec3f(0.0)) / max(1.0 - ambient, LEAST_HIDDEN);
     return Around(open, ambient, select(vec3f(0.0), others, albedo > vec3f(0.0)));
 }

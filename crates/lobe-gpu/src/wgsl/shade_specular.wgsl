@@ -1,6 +1,6 @@
 // uses: surface, specular
-// Microfacets by the split sum: a prefiltered environment about the mean of the lobe, with the base color as reflectance along the
-// normal.
+// Microfacets by the split sum: a prefiltered environment about the mean of the lobe, with the base color as reflectance
+// along the normal.
 
 @group(0) @binding(6) var environment_texels: texture_2d<f32>;
 @group(0) @binding(7) var<uniform> environment: Environment;

@@ -1,4 +1,4 @@
-// uses: camera, sun_light
+// uses: camera, facing, sun_light
 // The fragment of vertices under suns: their exit radiance, and that of the suns by the normal and the albedo between
 // them. Without transfer from behind, where none is known, and black there unless surfaces are double-sided.
 
@@ -14,15 +14,11 @@ struct Varying {
 
 @fragment
 fn fragment(in: Varying, @builtin(front_facing) is_front: bool) -> @location(0) vec4f {
-    let across = cross(dpdx(in.at), dpdy(in.at));
+    // Derivatives are those of all fragments.
+    let facing = facing_of(in.at, in.normal, is_front);
     if !is_front && DOUBLE_SIDED == 0u {
         return shown(vec3f(0.0));
     }
-    let side = select(-1.0, 1.0, is_front);
-    let normal = side * normalize(in.normal);
-    let length_of = length(across);
-    let flat = select(normal, across / length_of, length_of > 0.0);
-    let plane = select(-flat, flat, dot(flat, normal) >= 0.0);
     let radiance = select(vec3f(0.0), in.radiance, is_front);
-    return shown(radiance + in.albedo * suns_irradiance(in.at, plane, normal) / 3.14159265358979);
+    return shown(radiance + in.albedo * suns_irradiance(in.at, facing.plane, facing.normal) / 3.14159265358979);
 }

@@ -125,9 +125,11 @@ fn picture_at(picture: vec4u, uv: vec2f) -> vec4f {
 fn picture_between(picture: vec4u, uv: vec2f, is_stored: bool) -> vec4f {
     let x = neighbors(uv.x, i32(picture.y), picture.w % 3u);
     let y = neighbors(uv.y, i32(picture.z), picture.w / 3u);
-    let above = mix(picture_texel(picture, x.low, y.low, is_stored), picture_texel(picture, x.high, y.low, is_stored), x.f);
-    let below = mix(picture_texel(picture, x.low, y.high, is_stored), picture_texel(picture, x.high, y.high, is_stored), x.f);
-    return mix(above, below, y.f);
+    let a = picture_texel(picture, x.low, y.low, is_stored);
+    let b = picture_texel(picture, x.high, y.low, is_stored);
+    let c = picture_texel(picture, x.low, y.high, is_stored);
+    let d = picture_texel(picture, x.high, y.high, is_stored);
+    return mix(mix(a, b, x.f), mix(c, d, x.f), y.f);
 }
 
 struct Neighbors {

@@ -3,6 +3,7 @@
 use std::borrow::Borrow;
 use std::f64::consts::{FRAC_1_PI, PI};
 
+use lobe_env::LobeFactors;
 use lobe_prt::{AlbedoMode, AnyTransfer, Transfer};
 use lobe_sh::basis::eval_basis;
 use lobe_sh::{Coefficient as _, Dir, Rgb, Zonal};
@@ -10,16 +11,6 @@ use lobe_sh::{Coefficient as _, Dir, Rgb, Zonal};
 use crate::scene_view::prt_shading::SurfaceTransfer;
 use crate::scene_view::scene_picture::SceneHit;
 use crate::scene_view::surface_model::Surroundings;
-
-/// Levels of roughness between which the factors of lobes are interpolated.
-const LEVELS: usize = 17;
-
-/// Below this part of a lobe above the horizon, its openness is taken for that of the hemisphere.
-const LEAST_ABOVE: f64 = 0.05;
-
-/// Below this hidden part of the hemisphere, the radiance of what hides it, a ratio of two small numbers, is that of
-/// so large a part.
-const LEAST_HIDDEN: f64 = 0.02;
 
 /// The openness of receivers.
 ///
@@ -33,8 +24,7 @@ const LEAST_HIDDEN: f64 = 0.02;
 pub struct Openness<T = Transfer> {
     transfer: T,
     albedo: AlbedoMode,
-    /// The factors of each band for rising roughness.
-    factors: Vec<Vec<f64>>,
+    factors: LobeFactors,
     /// The clamped cosine.
     cosine: Zonal,
 }
@@ -53,11 +43,7 @@ impl<T: Borrow<Transfer>> Openness<T> {
     /// That of transfer without reflections, which holds the albedo or not.
     pub fn new(transfer: T, albedo: AlbedoMode) -> Self {
         let order = transfer.borrow().order();
-        let of_level = |k: usize| {
-            let roughness = k as f64 / (LEVELS - 1) as f64;
-            Zonal::ggx(order, roughness * roughness).convolution_factors()
-        };
-        let factors = (0..LEVELS).map(of_level).collect();
+        let factors = LobeFactors::new(order);
         Self { transfer, albedo, factors, cosine: Zonal::clamped_cosine(order) }
     }
 
@@ -84,7 +70,7 @@ impl<T: Borrow<Transfer>> Openness<T> {
         }
         let transfer = self.transfer.borrow();
         let channel = channel.min(transfer.channels().count() - 1);
-        let factors = self.factors_at(roughness);
+        let factors = self.factors.at(roughness);
         let basis = eval_basis(axis, transfer.order());
         // The transfer of visibility, towards the axis and as a whole.
         let (mut along, mut ambient) = (0.0, 0.0);
@@ -100,17 +86,10 @@ impl<T: Borrow<Transfer>> Openness<T> {
         // That of the whole hemisphere.
         let blurred = self.cosine.coefficients().iter().zip(&factors).map(|(z, factor)| z * factor * FRAC_1_PI);
         let above = Zonal::new(blurred.collect()).eval(hit.vertex_normal().dot(axis));
-        let open = if above > LEAST_ABOVE * FRAC_1_PI { (along / above).clamp(0.0, 1.0) } else { ambient };
-        let part = (1.0 - ambient).max(LEAST_HIDDEN).recip();
+        let open = if above > LobeFactors::LEAST_ABOVE * FRAC_1_PI { (along / above).clamp(0.0, 1.0) } else { ambient };
+        let part = (1.0 - ambient).max(LobeFactors::LEAST_HIDDEN).recip();
         let divided = |sum: f64, albedo: f64| if albedo > 0.0 { (part * sum / albedo).max(0.0) } else { 0.0 };
         let others = Rgb::new(divided(others.r, albedo.r), divided(others.g, albedo.g), divided(others.b, albedo.b));
         Surroundings { open, ambient: Some(ambient), others }
-    }
-
-    fn factors_at(&self, roughness: f64) -> Vec<f64> {
-        let place = roughness.clamp(0.0, 1.0) * (LEVELS - 1) as f64;
-        let low = (place as usize).min(LEVELS - 2);
-        let t = place - low as f64;
-        self.factors[low].iter().zip(&self.factors[low + 1]).map(|(a, b)| a + (b - a) * t).collect()
     }
 }

@@ -9,11 +9,11 @@ use crate::loading::mode::Mode;
 use crate::loading::place::IN_PAGE;
 use crate::loading::scene_source::built_in_source;
 use crate::loading::sky_source;
-use crate::loading::surface_model::SurfaceModel;
 use crate::loading::task::Task;
 use crate::rooms::background;
 use crate::rooms::light::suns_control;
 use crate::rooms::scene::edits::{Comparison, PATHS_LOG2, SceneEdits};
+use lobe::render::Surfaces;
 
 /// Orders that the window bakes to.
 const ORDERS: std::ops::RangeInclusive<usize> = 1..=8;
@@ -129,11 +129,11 @@ pub(crate) fn sky_and_exposure(ui: &mut Ui, edits: &mut SceneEdits, is_turning: 
 }
 
 /// Whether metals and plastics shine.
-fn materials_control(ui: &mut Ui, surfaces: &mut SurfaceModel) {
-    let mut is_on = *surfaces == SurfaceModel::Gltf;
+fn materials_control(ui: &mut Ui, surfaces: &mut Surfaces) {
+    let mut is_on = *surfaces == Surfaces::MetallicRoughness;
     let hint = "Metals and plastics reflect the sky by their roughness, where shadows are shown; else all is matte";
     if ui.checkbox(&mut is_on, "Materials").on_hover_text(hint).changed() {
-        *surfaces = if is_on { SurfaceModel::Gltf } else { SurfaceModel::Matte };
+        *surfaces = if is_on { Surfaces::MetallicRoughness } else { Surfaces::Matte };
     }
 }
 

@@ -13,7 +13,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::loading::materials::shines;
 use crate::loading::mode::Mode;
-use crate::loading::surface_model::SurfaceModel;
 use crate::loading::{scene_source, sky_source};
 use crate::rooms::formulas::Formula;
 use crate::rooms::light::{LightHand, MOST_STOPS, sky_rotation};
@@ -21,6 +20,7 @@ use crate::rooms::taming::Taming;
 use crate::rooms::truth_light::Disc;
 use crate::widgets::tone::Look;
 use crate::widgets::within::within;
+use lobe::render::Surfaces;
 
 /// The most lamps.
 pub(crate) const MOST_LAMPS: usize = 16;
@@ -78,7 +78,7 @@ pub struct SceneEdits {
     /// Whether suns of the sky are apart from its expansion and cast shadows by themselves.
     pub has_suns: bool,
     /// How surfaces reflect.
-    pub surfaces: SurfaceModel,
+    pub surfaces: Surfaces,
     /// Factor of the sky's radiance.
     pub sky_strength: f64,
     /// By which the sky is turned about +z, in radians.
@@ -109,7 +109,7 @@ impl Default for SceneEdits {
             samples: 256,
             taming: Taming::None,
             has_suns: true,
-            surfaces: SurfaceModel::default(),
+            surfaces: Surfaces::default(),
             sky_strength: 1.0,
             // The sun from the left of the first view, in whole degrees as its slider has them.
             turn: 160.0_f64.to_radians(),
@@ -175,7 +175,7 @@ impl SceneEdits {
 
     /// Whether surfaces of the mode are to shine by their materials.
     pub(crate) fn has_materials(&self) -> bool {
-        self.surfaces == SurfaceModel::Gltf && shines(self.mode)
+        self.surfaces == Surfaces::MetallicRoughness && shines(self.mode)
     }
 
     /// How light is shown.

@@ -20,7 +20,6 @@ use crate::loading::mode::Mode;
 use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::suns::ShownSuns;
-use crate::loading::surface_model::SurfaceModel;
 use crate::rooms::formulas::formulas;
 use crate::rooms::room::Room;
 use crate::rooms::scene::baked::{Baked, DirectPart};
@@ -38,6 +37,7 @@ use crate::widgets::gpu::{Gpu, failure};
 use crate::widgets::history::{Can, History, Step};
 use crate::widgets::named::name_image;
 use crate::widgets::orbit::Orbit;
+use lobe::render::Surfaces;
 
 /// Radians a second by which the sky keeps turning.
 const SPEED: f64 = 0.5;
@@ -566,7 +566,7 @@ impl Room for SceneRoom {
         self.work.suns = suns.clone();
     }
 
-    fn reflect_by(&mut self, surfaces: SurfaceModel) {
+    fn reflect_by(&mut self, surfaces: Surfaces) {
         self.edits.surfaces = surfaces;
     }
 }

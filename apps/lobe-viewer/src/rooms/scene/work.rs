@@ -19,11 +19,11 @@ use crate::loading::places::Places;
 use crate::loading::scene_source::{self, is_built_in};
 use crate::loading::sky_source::{self, OpenedSky};
 use crate::loading::suns::open_direct;
-use crate::loading::surface_model::SurfaceModel;
 use crate::loading::task::{Task, TaskEvent};
 use crate::rooms::scene::controls::BakePlan;
 use crate::rooms::scene::edits::SceneEdits;
 use crate::rooms::scene::opened::{Opened, failure, take_back};
+use lobe::render::Surfaces;
 
 /// What a page says in place of a bake.
 const NO_BAKES: &str = "A page with one thread does not bake: drop a .glb that lobe bake wrote, for its shadows.";
@@ -49,7 +49,7 @@ pub(crate) struct Work {
     sky_task: Option<Task<OpenedSky>>,
     reflections: Reflections,
     /// Whether the scene was opened with the textures that materials need.
-    surfaces: SurfaceModel,
+    surfaces: Surfaces,
     /// Files of transfer, for the scene when that is open, one after the other.
     adopting: VecDeque<PathBuf>,
     is_fallback: bool,
@@ -84,7 +84,7 @@ impl Work {
             frames_to_draw: 0,
             sky_task: None,
             reflections: Reflections::default(),
-            surfaces: SurfaceModel::Matte,
+            surfaces: Surfaces::Matte,
             adopting: VecDeque::new(),
             is_fallback: false,
         }
@@ -137,7 +137,7 @@ impl Work {
     /// Starts what the edits ask for.
     pub(crate) fn start(&mut self, ctx: &Context, edits: &SceneEdits, plan: BakePlan) {
         // With its textures, a scene of a file serves both models.
-        let lacks_textures = edits.surfaces == SurfaceModel::Gltf && self.surfaces == SurfaceModel::Matte;
+        let lacks_textures = edits.surfaces == Surfaces::MetallicRoughness && self.surfaces == Surfaces::Matte;
         if self.scene.source != edits.scene || lacks_textures && !is_built_in(&edits.scene) {
             self.scene.source.clone_from(&edits.scene);
             self.surfaces = edits.surfaces;
