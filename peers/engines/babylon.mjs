@@ -33,17 +33,17 @@ export async function show({ program, canvas, surfaces, directions, skyDirection
     camera.dispose();
     return found;
   };
-  const newScene = async background => {
+  const newScene = async () => {
     const scene = new B.Scene(engine);
     scene.clearColor = new B.Color4(0, 0, 0, 1);
     // Colors stay linear in what is read back.
     scene.imageProcessingConfiguration.applyByPostProcess = true;
-    await program.addSky(B, scene, { background });
+    await program.addSky(B, scene);
     return scene;
   };
   const aside = (camera, d) => { camera.position = d.scale(3); camera.setTarget(B.Vector3.Zero()); };
   for (const { name, roughness } of surfaces) {
-    const scene = await newScene(false);
+    const scene = await newScene();
     const material = new B.PBRMaterial('material', scene);
     material.metallic = roughness === null ? 0 : 1;
     material.roughness = roughness ?? 1;
@@ -57,7 +57,7 @@ export async function show({ program, canvas, surfaces, directions, skyDirection
     }, directions, aside);
     scene.dispose();
   }
-  const scene = await newScene(true);
+  const scene = await newScene();
   const narrow = camera => { camera.fov = 0.02; camera.maxZ = 5000; };
   values.sky = await looks(scene, narrow, skyDirections, (camera, d) => camera.setTarget(d));
   scene.dispose();

@@ -9,9 +9,12 @@ import { homedir, tmpdir } from 'node:os';
 import path from 'node:path';
 
 import { writeBalls } from './balls.mjs';
-import { chromiumPath, openBrowser } from './browser.mjs';
+import { chromiumPath, openBrowser } from '../browser.mjs';
 import { COSINE, DIRECTIONS, IDENTITY, SKY_DIRECTIONS, shJson, sunJson } from './light.mjs';
 import { bestFrame, bestLevel, ggxAlbedo, sunError } from './light.mjs';
+
+// The milliseconds in which an engine shows all balls.
+const LIMIT = 300_000;
 
 const caches = process.env.XDG_CACHE_HOME ?? path.join(homedir(), '.cache');
 const cache = process.env.LOBE_ENGINES ?? path.join(caches, 'lobe-engines');
@@ -180,13 +183,16 @@ if (inBrowser.length) {
     process.exit(2);
   }
   const { chromium } = createRequire(path.join(modules, 'x.js'))('playwright-core');
-  const browser = await openBrowser({ chromium }, { modules, files: folder });
+  const browser = await openBrowser({ chromium }, { page: import.meta.dirname, modules, files: folder }, LIMIT);
+  // A module of this folder looks at one export.
+  const shown = (engine, from, what) =>
+    browser.found({ engine, folder: `/files/${from}/${engine}`, surfaces: JSON.stringify(what) });
   for (const engine of inBrowser) {
-    const [plain, sun] = [await browser.show(engine, 'plain', surfaces), await browser.show(engine, 'sun', [matte])];
+    const [plain, sun] = [await shown(engine, 'plain', surfaces), await shown(engine, 'sun', [matte])];
     if (plain.error || sun.error) row(engine, 'runs', false, plain.error ?? sun.error);
     else judge(engine, plain.version, plain.values, sun.values.numbers ?? sun.values.matte);
   }
-  if (inBrowser.includes('three')) control(await browser.show('three', 'control', surfaces));
+  if (inBrowser.includes('three')) control(await shown('three', 'control', surfaces));
   await browser.close();
 }
 for (const engine of names.filter(name => ENGINES[name].by !== 'browser')) {

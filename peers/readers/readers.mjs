@@ -9,8 +9,11 @@ import { homedir, tmpdir } from 'node:os';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
 
-import { chromiumPath, openBrowser } from './browser.mjs';
+import { chromiumPath, openBrowser } from '../browser.mjs';
 import { FACES, N, difference, pfm, texel } from './cube.mjs';
+
+// The milliseconds in which an engine loads a file.
+const LIMIT = 90_000;
 
 const cache = process.env.LOBE_READERS ?? path.join(process.env.XDG_CACHE_HOME ?? path.join(homedir(), '.cache'), 'lobe-readers');
 const lobe = process.argv[2] && path.resolve(process.argv[2]);
@@ -106,13 +109,17 @@ async function parseKtx2(cubes, modules) {
   }
 }
 
+// What an engine's own loader finds in a file, and what it says.
+const loaded = async (browser, engine, file) =>
+  ({ said: [], ...await browser.found({ engine, file: `/files/${file}` }) });
+
 async function loadCubes(cubes, browser) {
   for (const engine of Object.keys(LOADS)) {
     for (const name of cubes) {
       if (engine !== 'three' && name.includes('%')) continue;
       if (['three', 'babylon'].includes(engine) && name.endsWith('.ktx')) continue;
       if (engine === 'filament' && name.endsWith('.dds')) continue;
-      const { result, error, said } = await browser.load(engine, name);
+      const { result, error, said } = await loaded(browser, engine, name);
       const off = result ? difference(result) : Infinity;
       // A sixteenth is a texel. A block of BC6H has colors on a line, which these are not: it is off by a texel and a half.
       const right = off < 1 / 8;
@@ -121,7 +128,7 @@ async function loadCubes(cubes, browser) {
       row(name, engine, right ? 'reads' : must ? 'FAILS' : 'refuses', why.replace(/\s+/g, ' ').slice(0, 90));
     }
   }
-  const { result } = await browser.load('babylon', 'mirrored.dds');
+  const { result } = await loaded(browser, 'babylon', 'mirrored.dds');
   const noticed = result && difference(result) > 1 / 16;
   row('mirrored.dds', 'babylon', noticed ? 'reads' : 'FAILS', 'the control: a mirror image, noticed as one');
 }
@@ -157,7 +164,7 @@ async function loadModels(browser) {
   const { shape: [receivers], numbers } = readTransfer('transfer.safetensors');
   const sum = numbers.reduce((total, x) => total + x, 0);
   for (const name of Object.keys(MODELS)) {
-    const { result, error } = await browser.load('model', name);
+    const { result, error } = await loaded(browser, 'model', name);
     if (!result) {
       expect(name, 'three', false, error);
       continue;
@@ -205,7 +212,11 @@ try {
   await validateModels(modules);
   readExr(python);
   if (chromiumPath()) {
-    const browser = await openBrowser(createRequire(path.join(modules, 'x.js'))('playwright-core'), { modules, files: folder });
+    const browser = await openBrowser(
+      createRequire(path.join(modules, 'x.js'))('playwright-core'),
+      { page: import.meta.dirname, modules, files: folder },
+      LIMIT,
+    );
     await loadModels(browser);
     await loadCubes(cubes, browser);
     await browser.close();

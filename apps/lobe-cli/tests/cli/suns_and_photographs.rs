@@ -82,7 +82,7 @@ fn a_sun_casts_its_shadow_by_rays_whether_it_is_found_or_given() {
         dir.lobe(&args).succeeds().1
     };
     let note = render("bundled:sunset", "", "found");
-    assert!(note.contains("a sun of ") && note.contains("--suns none leaves it in the expansion"), "{note}");
+    assert!(note.contains("a sun of ") && note.contains("--suns none leaves it with the rest"), "{note}");
     render("rest.exr", "--suns suns.json", "given");
     render("bundled:sunset", "--suns none", "smeared");
     let apart = |a: &str, b: &str| -> f64 {

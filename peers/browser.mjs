@@ -1,23 +1,22 @@
-// A headless Chromium with software OpenGL, and the server of the pages, the packages and the files.
+// A headless Chromium with software OpenGL, and the server of a folder's page, of packages and of files.
 import { existsSync, readFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import path from 'node:path';
 
 const SCRIPT = 'text/javascript';
 const TYPES = { '.html': 'text/html', '.js': SCRIPT, '.mjs': SCRIPT, '.wasm': 'application/wasm' };
-const LIMIT = 300_000;
 
 export const chromiumPath = () =>
   [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome']
     .find(p => p && existsSync(p));
 
-// A browser whose `show` runs a module of this folder for one export, and returns what it found.
-export async function openBrowser(playwright, { modules, files }) {
+// A browser whose `found` opens page.html of the folder with a query, and returns what the page left in window.found.
+export async function openBrowser(playwright, { page: folder, modules, files }, timeout) {
   const folders = { modules, files };
   const server = createServer((request, response) => {
     const [, first, ...rest] = decodeURIComponent(new URL(request.url, 'http://localhost').pathname).split('/');
     const below = path.normalize(`/${rest.join('/')}`);
-    const place = folders[first] ? path.join(folders[first], below) : path.join(import.meta.dirname, first);
+    const place = folders[first] ? path.join(folders[first], below) : path.join(folder, first);
     if (!existsSync(place)) return response.writeHead(404).end();
     response.writeHead(200, { 'content-type': TYPES[path.extname(place)] ?? 'application/octet-stream' });
     response.end(readFileSync(place));
@@ -27,13 +26,11 @@ export async function openBrowser(playwright, { modules, files }) {
     executablePath: chromiumPath(),
     args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
   });
-  const show = async (engine, folder, surfaces) => {
+  const found = async query => {
     const page = await browser.newPage();
     try {
-      const place = `/files/${folder}/${engine}`;
-      const query = new URLSearchParams({ engine, folder: place, surfaces: JSON.stringify(surfaces) });
-      await page.goto(`http://127.0.0.1:${server.address().port}/page.html?${query}`);
-      await page.waitForFunction(() => window.found, null, { timeout: LIMIT });
+      await page.goto(`http://127.0.0.1:${server.address().port}/page.html?${new URLSearchParams(query)}`);
+      await page.waitForFunction(() => window.found, null, { timeout });
       return await page.evaluate(() => window.found);
     } catch (error) {
       return { error: error.message.split('\n')[0] };
@@ -41,5 +38,5 @@ export async function openBrowser(playwright, { modules, files }) {
       await page.close();
     }
   };
-  return { show, close: async () => { await browser.close(); server.close(); } };
+  return { found, close: async () => { await browser.close(); server.close(); } };
 }
