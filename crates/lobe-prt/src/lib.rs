@@ -65,8 +65,8 @@ pub use compression::compression_options::CompressionOptions;
 pub use error::PrtError;
 pub use files::any_transfer::{AnyTransfer, read_any_transfer, read_any_transfer_bytes};
 pub use files::baked_backs::{BakedBacks, double_sided_vertices};
+pub use files::baked_extras::LOBE_EXTRAS_VERSION;
 pub use files::baked_glb::{BakedGlb, MoreTransfer};
-pub use files::baked_layout::LOBE_EXTRAS_VERSION;
 pub use files::compressed_file::{
     read_compressed_transfer, read_compressed_transfer_bytes, read_zonal_transfer, read_zonal_transfer_bytes,
     write_compressed_transfer, write_zonal_transfer,

@@ -48,7 +48,7 @@ fn collect(json: &Value, name: &str, named: &mut [BTreeSet<u64>; 2]) {
         "attributes" | "targets" | "indices" | "input" | "output" | "inverseBindMatrices" => {
             named[0].extend(json.as_u64());
         }
-        "bufferView" | "bufferViews" | "bases" => named[1].extend(json.as_u64()),
+        "bufferView" | "bufferViews" => named[1].extend(json.as_u64()),
         _ => {}
     }
     // Below attributes and targets members are named for what they hold.

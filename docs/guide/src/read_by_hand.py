@@ -4,6 +4,7 @@
 read_by_hand.py FILE ... prints what each holds; with --light LIGHT.sh.json what its receivers send back of the light, and with
 --at X,Y,Z what is seen of the sky, or shines, at a point around an entity or a lamp.
 """
+import base64
 import json
 import math
 import pathlib
@@ -79,8 +80,8 @@ def read_glb(path):
         tensors["transfer"] = [x for row in padded for c in range(about["channels"]) for x in row[c * q4 : c * q4 + n2]]
         return about, tensors
     about |= about["compression"]
-    view = gltf["bufferViews"][about["bases"]]
-    tensors["bases"] = struct.unpack_from(f"<{view['byteLength'] // 4}f", data, start + view["byteOffset"])
+    bases = base64.b64decode(gltf["scenes"][gltf.get("scene", 0)]["extras"]["lobe"]["bases"])
+    tensors["bases"] = struct.unpack(f"<{len(bases) // 4}f", bases)
     tensors["clusters"] = [int(row[0]) for row in vertices("_CLUSTER")]
     weights = vertices("_WEIGHTS_") or [[]] * len(tensors["clusters"])
     tensors["weights"] = [w for row in weights for w in row[: about["components"]]]

@@ -9,6 +9,7 @@ use crate::bake::options::{AlbedoMode, BakeMode};
 use crate::bake_job::bake_job::{BakeJob, UnwrapMode, ends_in};
 use crate::compression::compression_options::CompressionOptions;
 use crate::error::PrtError;
+use crate::files::baked_extras::said;
 use crate::files::compressed_file::COMPRESSED;
 use crate::files::lightmap_file::read_lightmap;
 use crate::files::matrix_file::{MATRICES, NEIGHBORHOOD};
@@ -33,7 +34,7 @@ impl Recipe {
             return Ok(TransferFile::parse(&bytes, &place, &formats)?.header.recipe);
         }
         let gltf = GltfReader::open(path, &SceneReadOptions::default())?;
-        match gltf.asset_extras()["lobe"]["recipe"].clone() {
+        match said(&gltf, "recipe").clone() {
             recipe if recipe.is_object() => Ok(recipe.into()),
             _ => Err(PrtError::invalid(&place, "expected a baked scene, found one without transfer")),
         }

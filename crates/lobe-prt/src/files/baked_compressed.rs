@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use crate::compression::compressed_table::{CompressedTable, TableWeights};
 use crate::compression::compressed_transfer::CompressedTransfer;
 use crate::error::PrtError;
+use crate::files::baked_extras::{bases_of, lobe_of};
 use crate::files::baked_layout::{Attribute, VertexData, read_column};
 use crate::transfer::transfer::Channels;
 
@@ -26,6 +27,21 @@ impl Compressed<'_> {
             TableWeights::U16(_) => 1,
             TableWeights::U8(_) => 2,
         }]
+    }
+
+    /// The cluster, and three zeros.
+    fn push_cluster(&self, receiver: usize, bytes: &mut Vec<u8>) {
+        let cluster = self.0.table().clusters()[receiver];
+        match self.0.table().weights() {
+            TableWeights::F32(_) => {
+                bytes.extend(f32::from(cluster).to_le_bytes());
+                bytes.extend([0; 12]);
+            }
+            _ => {
+                bytes.extend(cluster.to_le_bytes());
+                bytes.extend([0; 6]);
+            }
+        }
     }
 
     fn push_weight(&self, receiver: usize, j: usize, bytes: &mut Vec<u8>) {
@@ -46,12 +62,14 @@ impl VertexData for Compressed<'_> {
 
     fn attributes(&self) -> Vec<Attribute> {
         let (_, component, bytes) = self.weight_type();
+        // Importers of Blender take attributes of one kind only, and keep floats only.
+        let (component_of_cluster, bytes_of_cluster) = if bytes == 4 { (component, 16) } else { (UNSIGNED_SHORT, 8) };
         let cluster = Attribute {
             name: "_CLUSTER".to_string(),
-            kind: "SCALAR",
-            component: UNSIGNED_SHORT,
+            kind: "VEC4",
+            component: component_of_cluster,
             normalized: false,
-            bytes: 4,
+            bytes: bytes_of_cluster,
         };
         let weights = (0..self.0.table().components().div_ceil(4)).map(|j| Attribute {
             name: format!("_WEIGHTS_{j}"),
@@ -67,10 +85,7 @@ impl VertexData for Compressed<'_> {
         for receiver in vertices {
             for attribute in attributes.clone() {
                 match attribute.checked_sub(1) {
-                    None => {
-                        bytes.extend(self.0.table().clusters()[receiver].to_le_bytes());
-                        bytes.extend([0; 2]);
-                    }
+                    None => self.push_cluster(receiver, bytes),
                     Some(k) => (4 * k..4 * k + 4).for_each(|j| self.push_weight(receiver, j, bytes)),
                 }
             }
@@ -89,8 +104,8 @@ impl VertexData for Compressed<'_> {
         })
     }
 
-    fn shared(&self) -> Option<(&'static str, Vec<u8>)> {
-        Some(("bases", self.0.table().bases().iter().flat_map(|c| c.to_le_bytes()).collect()))
+    fn bases(&self) -> Option<&[f32]> {
+        Some(self.0.table().bases())
     }
 }
 
@@ -125,18 +140,19 @@ pub(crate) fn read_compressed(
     (order, channels): (usize, Channels),
     name: &str,
 ) -> Result<CompressedTransfer, PrtError> {
-    let lobe = &gltf.asset_extras()["lobe"];
-    let said = &lobe["compression"];
+    let said = &lobe_of(gltf)["compression"];
     let wrong = || PrtError::invalid(name, format!("expected components and weights of f32, u16 or u8, found {said}"));
     let components = said["components"].as_u64().and_then(|n| usize::try_from(n).ok()).ok_or_else(wrong)?;
-    let view = lobe["bases"].as_u64().and_then(|view| u32::try_from(view).ok());
-    let view =
-        view.ok_or_else(|| PrtError::invalid(name, format!("expected a buffer view, found {}", lobe["bases"])))?;
-    let bases = gltf.buffer_view(view)?.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
     let (mut clusters, mut weights) = (Vec::new(), Vec::new());
     for mesh in meshes {
+        if said["weights"] != "f32" && gltf.is_normalized(mesh, "_CLUSTER") {
+            let message = "has clusters as colors: another program, such as Blender, keeps floats alone; \
+                           compress with --weights 32";
+            return Err(PrtError::invalid(name, message));
+        }
         let count = mesh.positions().len();
-        for [k] in read_column::<1>(gltf, mesh, "_CLUSTER", name)? {
+        // Files of earlier bakes have the cluster alone.
+        for [k, ..] in read_column::<4>(gltf, mesh, "_CLUSTER", name)? {
             clusters.push(whole(k, name)? as u16);
         }
         let columns: Vec<Vec<[f32; 4]>> = (0..components.div_ceil(4))
@@ -154,7 +170,7 @@ pub(crate) fn read_compressed(
         _ => return Err(wrong()),
     };
     let width = order * order * channels.count();
-    let table = CompressedTable::new(width, components, clusters, weights, bases);
+    let table = CompressedTable::new(width, components, clusters, weights, bases_of(gltf)?);
     let table = table.map_err(|error| error.within(name))?;
     // The numbers of the bases are those of some clusters for other components too.
     let clusters = table.cluster_count();

@@ -12,9 +12,11 @@ use serde_json::{Map, Value, json};
 use crate::compression::compressed_transfer::CompressedTransfer;
 use crate::error::PrtError;
 use crate::files::baked_compressed::Compressed;
+use crate::files::baked_extras::{
+    LOBE_EXTRAS_VERSION, check_version, put_description, put_extras, remove_descriptions,
+};
 use crate::files::baked_layout::{
-    Attribute, AttributeGroup, BACK, DIRECT, FRONT, LOBE_EXTRAS_VERSION, PlainTransfer, VertexData, attribute_groups,
-    attributes_per_channel, check_version,
+    Attribute, AttributeGroup, BACK, DIRECT, FRONT, PlainTransfer, VertexData, attribute_groups, attributes_per_channel,
 };
 use crate::files::glb_writer::{check_length, padding, write_glb};
 use crate::job::meter::Meter;
@@ -40,7 +42,7 @@ const OUR_ATTRIBUTES: [&str; 3] = ["_TRANSFER_", "_WEIGHTS_", "_CLUSTER"];
 ///
 /// Every primitive with triangles has these attributes for its vertices, in index order; c is 0, or 0 to 2 for red,
 /// green and blue. Both its mesh and `asset` say `version`, `quantity` ("transfer"), `order` and `channels` under
-/// `extras.lobe`, and `asset` the whole recipe. The transfer is in Lobe's z-up world frame, whatever node the vertex
+/// `extras.lobe`, and `asset` and the scene the whole recipe. The transfer is in Lobe's z-up world frame, whatever node the vertex
 /// belongs to.
 ///
 /// [With backs](BakedGlb::with_backs), primitives of double-sided materials have `_TRANSFER_BACK_k` in the same layout,
@@ -239,11 +241,12 @@ impl BakedGlb {
     /// [`BakedGlb::write`] for compressed transfer.
     ///
     /// ```text
-    ///   _CLUSTER: k,  SCALAR, u16     _WEIGHTS_j: w_4j .. w_4j+3,  VEC4, f32 or normalized u16 or u8, zeros at the end
+    ///   _CLUSTER: k, 0, 0, 0,  VEC4, u16 or f32
+    ///   _WEIGHTS_j: w_4j .. w_4j+3,  VEC4, f32 or normalized u16 or u8, zeros at the end
     /// ```
     ///
-    /// Means and directions, floats, are the buffer view that `asset.extras.lobe.bases` names: those of cluster k begin
-    /// at `k (1 + components) · channels · n²`, the mean first.
+    /// Means and directions, floats in base64, are the member `bases` of `extras.lobe` of the scene: those of cluster k
+    /// begin at `k (1 + components) · channels · n²`, the mean first. Weights are floats where Blender is to keep them.
     ///
     /// # Errors
     /// As [`BakedGlb::write`].
@@ -274,24 +277,15 @@ impl BakedGlb {
                 return Err(PrtError::Options(message));
             }
         }
-        let shared = written[0].data.shared();
-        let (json, length) = self.laid_out(written, shared.as_ref(), recipe);
+        let (json, length) = self.laid_out(written, recipe);
         let steps = written.iter().map(|sides| sides.groups.len() * sides.data.vertices()).sum();
         write_glb(path, (&json, &self.document.bytes, length), (steps, job), |out, meter| {
-            self.write_vertices(out, written, meter)?;
-            let shared = shared.as_ref().map_or(&[][..], |(_, bytes)| bytes);
-            out.write_all(shared)?;
-            out.write_all(&[0; 3][..padding(shared.len())])
+            self.write_vertices(out, written, meter)
         })
     }
 
     /// The JSON with views, accessors, attributes and extras of the data, and the length of the buffer.
-    fn laid_out(
-        &self,
-        written: &[Written<'_>],
-        shared: Option<&(&'static str, Vec<u8>)>,
-        recipe: &Recipe,
-    ) -> (Value, usize) {
+    fn laid_out(&self, written: &[Written<'_>], recipe: &Recipe) -> (Value, usize) {
         let mut json = self.document.json.clone();
         let mut length = self.document.bytes.len() + padding(self.document.bytes.len());
         let mut about = written[0].data.about();
@@ -319,16 +313,10 @@ impl BakedGlb {
         if !with_backs.is_empty() {
             about["backs"] = json!(true);
         }
-        // Add the view of the data that all vertices share.
-        if let Some((member, bytes)) = shared {
-            let view = json!({"buffer": 0, "byteOffset": length, "byteLength": bytes.len()});
-            about[*member] = json!(push(&mut json, "bufferViews", view));
-            length += bytes.len().next_multiple_of(4);
-        }
-        // Put the recipe into the extras of the asset.
+        // Say what made the transfer, and how it is read.
         about["generator"] = json!(concat!("Lobe ", env!("CARGO_PKG_VERSION")));
         about["recipe"] = recipe.clone().into();
-        put_extras(&mut json["asset"], about);
+        put_description(&mut json, &about, written[0].data.bases());
         // Give the one buffer its length.
         let first = json["buffers"].get(0).cloned();
         let mut buffer = first.unwrap_or_else(|| Value::Object(Map::new()));
@@ -401,16 +389,6 @@ pub(crate) fn push(json: &mut Value, array: &str, item: Value) -> usize {
     json[array].as_array().map_or(0, |items| items.len() - 1)
 }
 
-/// Puts `lobe` into the extras of an object, beside what others have put there.
-pub(crate) fn put_extras(object: &mut Value, lobe: Value) {
-    match &mut object["extras"] {
-        Value::Object(extras) => drop(extras.insert("lobe".to_string(), lobe)),
-        Value::Null => object["extras"] = json!({"lobe": lobe}),
-        // Wrap extras that are no object, as any JSON may be, in one.
-        other => *other = json!({"lobe": lobe, "extras": other.take()}),
-    }
-}
-
 fn vertices_in_file(json: &Value, place: Place) -> Option<u64> {
     let position = json["meshes"][place.mesh]["primitives"][place.primitive]["attributes"]["POSITION"].as_u64()?;
     json["accessors"][usize::try_from(position).ok()?]["count"].as_u64()
@@ -446,14 +424,6 @@ pub(crate) fn remove_earlier_transfer(document: &mut GltfDocument) {
                 attributes.retain(|name, _| !OUR_ATTRIBUTES.iter().any(|ours| name.starts_with(ours)));
             }
         }
-        remove_extras(mesh);
     }
-    json.get_mut("asset").into_iter().for_each(remove_extras);
-}
-
-/// Takes `lobe` out of the extras of an object.
-fn remove_extras(object: &mut Value) {
-    if let Some(Value::Object(extras)) = object.get_mut("extras") {
-        extras.remove("lobe");
-    }
+    remove_descriptions(json);
 }

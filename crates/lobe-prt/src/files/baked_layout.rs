@@ -14,24 +14,6 @@ const MOST_STRIDE: usize = 252;
 
 const FLOAT: u32 = 5126;
 
-/// The version of the attributes that a bake writes into a glTF file and names in `asset.extras.lobe.version`. Baked files
-/// with another one are refused.
-pub const LOBE_EXTRAS_VERSION: u64 = 1;
-
-/// Refuses the `extras.lobe` of a bake of another version, in the file called `name`.
-pub(crate) fn check_version(lobe: &Value, name: &str) -> Result<(), PrtError> {
-    let found = &lobe["version"];
-    let expected = format!("expected version {LOBE_EXTRAS_VERSION} of its attributes, found {found}");
-    match found.as_u64() {
-        Some(LOBE_EXTRAS_VERSION) => Ok(()),
-        Some(newer) if newer > LOBE_EXTRAS_VERSION => Err(PrtError::Unsupported {
-            place: name.to_owned(),
-            message: format!("baked by a newer Lobe: {expected}: update Lobe"),
-        }),
-        _ => Err(PrtError::invalid(name, format!("asset.extras.lobe: {}", expected.replace("its", "Lobe's")))),
-    }
-}
-
 /// One attribute of a vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Attribute {
@@ -58,8 +40,8 @@ pub(crate) trait VertexData {
     /// The members of `extras.lobe` that describe the data.
     fn about(&self) -> Value;
 
-    /// The data that all vertices share: a member of `extras.lobe` that names its buffer view, and its bytes.
-    fn shared(&self) -> Option<(&'static str, Vec<u8>)> {
+    /// The numbers that all vertices share.
+    fn bases(&self) -> Option<&[f32]> {
         None
     }
 }
@@ -162,7 +144,10 @@ pub(crate) fn read_column<const N: usize>(
             let found = column.len();
             Err(PrtError::invalid(name, format!("{place}: expected {vertices} values of {attribute}, found {found}")))
         }
-        None => Err(PrtError::invalid(name, format!("{place}: expected the attribute {attribute}, found none"))),
+        None => Err(PrtError::invalid(
+            name,
+            format!("{place}: expected the attribute {attribute}, found none: another program left it out; bake again"),
+        )),
     }
 }
 

@@ -9,8 +9,9 @@ use lobe_scene::{GltfDocument, GltfReader, Mesh, MeshSource, Scene};
 use serde_json::{Value, json};
 
 use crate::error::PrtError;
-use crate::files::baked_glb::{give_nodes_own_meshes, push, put_extras, remove_earlier_transfer};
-use crate::files::baked_layout::{LOBE_EXTRAS_VERSION, attributes_per_channel};
+use crate::files::baked_extras::{LOBE_EXTRAS_VERSION, lobe_of, put_description, put_extras};
+use crate::files::baked_glb::{give_nodes_own_meshes, push, remove_earlier_transfer};
+use crate::files::baked_layout::attributes_per_channel;
 use crate::files::glb_writer::{check_length, write_glb};
 use crate::files::new_vertices::NewVertices;
 use crate::job::checkpoint::rows_at_once;
@@ -145,7 +146,7 @@ impl LightmapGlb {
             "lightmap": {"width": self.width, "format": FORMAT, "bufferViews": views},
             "recipe": recipe,
         });
-        put_extras(&mut json["asset"], about);
+        put_description(&mut json, &about, None);
         let length = first + textures * bytes;
         json["buffers"] = json!([{"byteLength": length}]);
         (json, length)
@@ -205,7 +206,7 @@ pub(crate) fn read_lightmap_of_glb(
     gltf: &GltfReader,
     (order, channels): (usize, Channels),
 ) -> Result<Option<(Transfer, usize)>, PrtError> {
-    let (about, name) = (&gltf.asset_extras()["lobe"]["lightmap"], gltf.name());
+    let (about, name) = (&lobe_of(gltf)["lightmap"], gltf.name());
     if about.is_null() {
         return Ok(None);
     }

@@ -9,7 +9,8 @@ use crate::compression::compressed_transfer::CompressedTransfer;
 use crate::error::PrtError;
 use crate::files::baked_backs::{BakedBacks, read_backs, read_rows};
 use crate::files::baked_compressed::read_compressed;
-use crate::files::baked_layout::{DIRECT, FRONT, check_version};
+use crate::files::baked_extras::{check_version, expect_described, is_on_all, lobe_of, said};
+use crate::files::baked_layout::{DIRECT, FRONT};
 use crate::files::lightmap_glb::{lightmap_in, read_lightmap_of_glb};
 use crate::receivers::lightmap::Lightmap;
 use crate::recipe::Recipe;
@@ -63,13 +64,13 @@ pub fn read_baked_bytes(bytes: &[u8], name: &str, options: &SceneReadOptions) ->
 /// Whether a glTF file carries transfer.
 #[must_use]
 pub fn is_baked(gltf: &GltfReader) -> bool {
-    !gltf.asset_extras()["lobe"].is_null()
+    !lobe_of(gltf).is_null()
 }
 
 /// The pose in which a glTF file was baked; none of a file that is not baked.
 #[must_use]
 pub fn baked_pose(gltf: &GltfReader) -> Option<ScenePose> {
-    is_baked(gltf).then(|| Recipe::from(gltf.asset_extras()["lobe"]["recipe"].clone()).pose())
+    is_baked(gltf).then(|| Recipe::from(said(gltf, "recipe").clone()).pose())
 }
 
 /// The transfer of a baked glTF file, of whose scene it is.
@@ -92,8 +93,7 @@ impl BakedTransfer {
     /// animated scenes keep, do not.
     #[must_use]
     pub fn covers(gltf: &GltfReader, scene: &Scene) -> bool {
-        let names = ["_TRANSFER_0", "_CLUSTER"];
-        is_baked(gltf) && scene.meshes().iter().all(|mesh| names.iter().any(|name| gltf.has(mesh, name)))
+        is_baked(gltf) && is_on_all(gltf, scene)
     }
 
     /// The transfer at the vertices of a scene that was read from an open file.
@@ -101,7 +101,7 @@ impl BakedTransfer {
     /// # Errors
     /// Those of [`read_baked`].
     pub fn of(gltf: &GltfReader, scene: &Scene) -> Result<Self, PrtError> {
-        let (lobe, name) = (&gltf.asset_extras()["lobe"], gltf.name());
+        let (lobe, name) = (lobe_of(gltf), gltf.name());
         let ((order, channels), recipe) = about(gltf)?;
         if lobe["compression"].is_object() {
             let compressed = read_compressed(scene.meshes(), gltf, (order, channels), name)?;
@@ -133,6 +133,7 @@ impl Baked {
     pub fn of(gltf: &GltfReader) -> Result<Self, PrtError> {
         let (scene, mut report) = gltf.scene_in(&baked_pose(gltf).unwrap_or_default())?;
         report.assumed_animation = None;
+        expect_described(gltf, &scene)?;
         let (format, recipe) = about(gltf)?;
         if let Some((transfer, width)) = read_lightmap_of_glb(gltf, format)? {
             let lightmap = Some(lightmap_in(&scene, width, gltf.name())?);
@@ -189,15 +190,16 @@ impl BakedOrScene {
             return Ok(Self::Baked(Box::new(Baked::of(gltf)?)));
         }
         let (scene, report) = gltf.scene()?;
+        expect_described(gltf, &scene)?;
         Ok(Self::Scene(scene, Box::new(report)))
     }
 }
 
 /// Order, channels and recipe of the transfer in an open file.
 fn about(gltf: &GltfReader) -> Result<((usize, Channels), Recipe), PrtError> {
-    let (lobe, name) = (&gltf.asset_extras()["lobe"], gltf.name());
+    let (lobe, name) = (lobe_of(gltf), gltf.name());
     let format = check_extras(lobe, name)?;
-    Ok((format, Recipe::from(lobe["recipe"].clone()).understood(name)?))
+    Ok((format, Recipe::from(said(gltf, "recipe").clone()).understood(name)?))
 }
 
 /// Order and channels that `asset.extras.lobe` states.

@@ -5,6 +5,7 @@
 mod adaptive;
 mod bake;
 mod baked_backs;
+mod baked_elsewhere;
 mod baked_glb;
 mod checkpoint;
 mod cloth;

@@ -107,16 +107,26 @@ impl GltfReader {
         posed::has_poses(&self.file.json)
     }
 
-    /// The value of `asset.extras`; null without one.
-    #[must_use]
-    pub fn asset_extras(&self) -> &Value {
-        &self.file.json["asset"]["extras"]
+    /// The members of this name in the `extras` of the file: of its asset, of the scene that it shows, and of its meshes
+    /// in their order. Programs that write the file anew keep some of these places, and drop others.
+    pub fn extras(&self, name: &str) -> impl Iterator<Item = &Value> {
+        let json = &self.file.json;
+        let scene = &json["scenes"][self.file.root.scene.unwrap_or(0)];
+        let meshes = json["meshes"].as_array().into_iter().flatten();
+        [&json["asset"], scene].into_iter().chain(meshes).filter_map(move |object| object.get("extras")?.get(name))
     }
 
     /// Whether the primitive from which a mesh comes has an attribute of this name.
     #[must_use]
     pub fn has(&self, mesh: &Mesh, name: &str) -> bool {
         mesh.source().is_some_and(|at| self.accessor(at, name).is_some_and(|found| found.is_some()))
+    }
+
+    /// Whether the numbers of an attribute are fractions of their largest whole number.
+    #[must_use]
+    pub fn is_normalized(&self, mesh: &Mesh, name: &str) -> bool {
+        let accessor = mesh.source().and_then(|at| self.accessor(at, name).flatten());
+        accessor.and_then(|index| self.file.root.accessors.get(index.value())).is_some_and(|found| found.normalized)
     }
 
     /// The attribute of this name, with `N` floats for each vertex, of the primitive from which a mesh comes; `None`

@@ -96,13 +96,26 @@ pub(crate) fn read_glb(path: &Path) -> (Value, Table) {
         about[member] = about["compression"][member].clone();
     }
     let count = whole(&about["components"]);
-    let view = &gltf["bufferViews"][whole(&about["bases"])];
-    let bases = &data[whole(&view["byteOffset"])..][..whole(&view["byteLength"])];
+    let shown = gltf["scene"].as_u64().unwrap_or(0) as usize;
+    let bases = base64(gltf["scenes"][shown]["extras"]["lobe"]["bases"].as_str().unwrap());
     let weights = vertices(&gltf, data, "_WEIGHTS_", count.div_ceil(4));
-    table.insert("bases".into(), (vec![], numbers("F32", false, bases)));
+    table.insert("bases".into(), (vec![], numbers("F32", false, &bases)));
     table.insert("weights".into(), (vec![], weights.iter().flat_map(|row| row[..count].to_vec()).collect()));
-    table.insert("clusters".into(), (vec![], vertices(&gltf, data, "_CLUSTER", 0).concat()));
+    let clusters = vertices(&gltf, data, "_CLUSTER", 0).iter().map(|row| row[0]).collect();
+    table.insert("clusters".into(), (vec![], clusters));
     (about, table)
+}
+
+/// The bytes of a text in base64.
+fn base64(text: &str) -> Vec<u8> {
+    let digits = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let digit = |c: u8| digits.iter().position(|d| *d == c).unwrap() as u32;
+    let whole = text.trim_end_matches('=').as_bytes();
+    let bytes = |four: &[u8]| {
+        let bits = four.iter().enumerate().map(|(k, c)| digit(*c) << (18 - 6 * k)).sum::<u32>();
+        bits.to_be_bytes()[1..four.len()].to_vec()
+    };
+    whole.chunks(4).flat_map(bytes).collect()
 }
 
 /// The numbers of attributes `prefix` 0, 1, .. of every vertex of the scene one after the other; of `prefix` itself for a count

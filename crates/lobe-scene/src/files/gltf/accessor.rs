@@ -1,10 +1,12 @@
 //! glTF accessors: arrays of numbers in buffers. Nothing is allocated before its length was checked against a buffer,
 //! or without one against the limit of vertices.
 
-use gltf_json::accessor::{Accessor, ComponentType, Type};
+use gltf_json::accessor::{Accessor, Type};
 use gltf_json::{Index, buffer, validation::Checked};
+use half::f16;
 
 use crate::error::SceneError;
+use crate::files::gltf::component::Component;
 use crate::files::gltf::files::GltfFile;
 use crate::files::source::Source;
 
@@ -13,7 +15,7 @@ struct Elements<'a> {
     bytes: &'a [u8],
     stride: usize,
     count: usize,
-    component: ComponentType,
+    component: Component,
     components: usize,
     normalized: bool,
 }
@@ -52,7 +54,8 @@ impl<'a> Accessors<'a> {
         self.elements(accessor, index.value(), source).map(|elements| elements.count)
     }
 
-    /// An attribute of `N` numbers for each vertex. A color may have three: the fourth is then 1.
+    /// An attribute of `N` numbers for each vertex. A color may have three, and the cluster of a vertex may be one: the
+    /// others are then 1.
     pub(crate) fn vectors<const N: usize>(
         &self,
         what: &str,
@@ -62,8 +65,13 @@ impl<'a> Accessors<'a> {
         let accessor = self.accessor(index, source)?;
         let elements = self.elements(accessor, index.value(), source)?;
         let may_be_whole = self.may_be_whole(what, elements.normalized);
-        let has_default = N == 4 && elements.components == 3 && what.starts_with("COLOR");
-        let is_float = elements.component == ComponentType::F32;
+        let has_default = N == 4
+            && match elements.components {
+                3 => what.starts_with("COLOR"),
+                1 => what == "_CLUSTER",
+                _ => false,
+            };
+        let is_float = elements.component.is_float();
         if !(elements.components == N || has_default) || !(is_float || may_be_whole) {
             let (components, component) = (elements.components, elements.component);
             let is_raw = !elements.normalized && matches!(what, "ROTATION" | "WEIGHTS") && !is_float;
@@ -85,12 +93,14 @@ impl<'a> Accessors<'a> {
 
     /// Whether an attribute, or the values of an animation, may be whole numbers: fractions of their largest value, or with
     /// `KHR_mesh_quantization` positions, normals, tangents and texture coordinates as they are. Vertex weights and colors that are not
-    /// said to be fractions are taken as they are too: weights are divided by their sum, colors clamped.
+    /// said to be fractions are taken as they are too: weights are divided by their sum, colors clamped. Transfer is within
+    /// -1 and 1 where a program has made fractions of it.
     fn may_be_whole(&self, what: &str, is_normalized: bool) -> bool {
         let is_one_of = |names: &[&str]| names.iter().any(|name| what.starts_with(name));
         let is_quantized = || self.file.root.extensions_used.iter().any(|name| name == "KHR_mesh_quantization");
         match what {
             "ROTATION" | "WEIGHTS" => is_normalized,
+            _ if what.starts_with("_TRANSFER_") => is_normalized,
             _ if is_one_of(&["TEXCOORD", "COLOR", "WEIGHTS_", "_CLUSTER", "_WEIGHTS"]) => true,
             _ => is_one_of(&["POSITION", "NORMAL", "TANGENT"]) && is_quantized(),
         }
@@ -100,7 +110,7 @@ impl<'a> Accessors<'a> {
     pub(crate) fn indices(&self, index: Index<Accessor>, source: &Source<'_>) -> Result<Vec<u32>, SceneError> {
         let accessor = self.accessor(index, source)?;
         let elements = self.elements(accessor, index.value(), source)?;
-        let is_unsigned = matches!(elements.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32);
+        let is_unsigned = matches!(elements.component, Component::U8 | Component::U16 | Component::U32);
         if elements.components != 1 || !is_unsigned {
             let (components, component) = (elements.components, elements.component);
             let message = format!("expected unsigned whole numbers as indices, found {components} x {component:?}");
@@ -120,7 +130,7 @@ impl<'a> Accessors<'a> {
     ) -> Result<Vec<[u16; 4]>, SceneError> {
         let accessor = self.accessor(index, source)?;
         let elements = self.elements(accessor, index.value(), source)?;
-        if elements.components != 4 || !matches!(elements.component, ComponentType::U8 | ComponentType::U16) {
+        if elements.components != 4 || !matches!(elements.component, Component::U8 | Component::U16) {
             let (components, component) = (elements.components, elements.component);
             let message =
                 format!("expected four bytes or shorts, unsigned, as {what}, found {components} x {component:?}");
@@ -162,18 +172,22 @@ impl<'a> Accessors<'a> {
 
     /// The bytes of an accessor.
     fn elements(&self, accessor: &Accessor, index: usize, source: &Source<'_>) -> Result<Elements<'a>, SceneError> {
-        let (Checked::Valid(component), Checked::Valid(kind)) = (accessor.component_type, accessor.type_) else {
+        let known = match accessor.component_type {
+            Checked::Valid(known) => Some(known.0),
+            Checked::Invalid => None,
+        };
+        let component = Component::of(known, self.file.json["accessors"][index]["componentType"].as_u64());
+        let (Some(component), Checked::Valid(kind)) = (component, accessor.type_) else {
             return Err(self.invalid(source, &format!("accessor {index} is of no type that glTF knows")));
         };
         let Some(view) = accessor.buffer_view else {
             let (count, components) = (accessor.count.0 as usize, components_of(kind));
             source.check_limit(count, 0)?;
-            let (component, normalized) = (component.0, accessor.normalized);
+            let normalized = accessor.normalized;
             return Ok(Elements { bytes: &ZEROS, stride: 0, count, component, components, normalized });
         };
         let offset = accessor.byte_offset.unwrap_or_default().0;
-        let layout =
-            Layout { component: component.0, components: components_of(kind), count: accessor.count.0, offset };
+        let layout = Layout { component, components: components_of(kind), count: accessor.count.0, offset };
         let elements = layout.find(self.file, view, accessor.normalized);
         elements.map_err(|message| self.invalid(source, &format!("accessor {index}: {message}")))
     }
@@ -192,7 +206,7 @@ impl<'a> Accessors<'a> {
             return Err(self.invalid(source, "a sparse accessor has indices of no type that glTF knows"));
         };
         let (count, offset) = (sparse.count.0, sparse.indices.byte_offset.0);
-        let places = Layout { component: index_type.0, components: 1, count, offset };
+        let places = Layout { component: index_type.0.into(), components: 1, count, offset };
         let places = places.find(self.file, sparse.indices.buffer_view, false);
         let offset = sparse.values.byte_offset.0;
         let replaced = Layout { component: base.component, components: base.components, count, offset };
@@ -212,7 +226,7 @@ impl<'a> Accessors<'a> {
 
 /// The layout of an accessor's bytes.
 struct Layout {
-    component: ComponentType,
+    component: Component,
     components: usize,
     count: u64,
     offset: u64,
@@ -306,8 +320,8 @@ impl<'a> Elements<'a> {
 
     fn whole_at(&self, element: usize, component: usize) -> u32 {
         match self.component {
-            ComponentType::U8 => u32::from(self.bytes::<1>(element, component)[0]),
-            ComponentType::U16 => u32::from(u16::from_le_bytes(self.bytes(element, component))),
+            Component::U8 => u32::from(self.bytes::<1>(element, component)[0]),
+            Component::U16 => u32::from(u16::from_le_bytes(self.bytes(element, component))),
             _ => u32::from_le_bytes(self.bytes(element, component)),
         }
     }
@@ -315,12 +329,13 @@ impl<'a> Elements<'a> {
     /// A component as a float: normalized integers are fractions of their largest value.
     fn float(&self, element: usize, component: usize) -> f32 {
         let (value, largest) = match self.component {
-            ComponentType::F32 => return f32::from_le_bytes(self.bytes(element, component)),
-            ComponentType::I8 => (f64::from(i8::from_le_bytes(self.bytes(element, component))), 127.0),
-            ComponentType::U8 => (f64::from(u8::from_le_bytes(self.bytes(element, component))), 255.0),
-            ComponentType::I16 => (f64::from(i16::from_le_bytes(self.bytes(element, component))), 32767.0),
-            ComponentType::U16 => (f64::from(u16::from_le_bytes(self.bytes(element, component))), 65535.0),
-            ComponentType::U32 => (f64::from(u32::from_le_bytes(self.bytes(element, component))), 4294967295.0),
+            Component::F32 => return f32::from_le_bytes(self.bytes(element, component)),
+            Component::F16 => return f16::from_le_bytes(self.bytes(element, component)).to_f32(),
+            Component::I8 => (f64::from(i8::from_le_bytes(self.bytes(element, component))), 127.0),
+            Component::U8 => (f64::from(u8::from_le_bytes(self.bytes(element, component))), 255.0),
+            Component::I16 => (f64::from(i16::from_le_bytes(self.bytes(element, component))), 32767.0),
+            Component::U16 => (f64::from(u16::from_le_bytes(self.bytes(element, component))), 65535.0),
+            Component::U32 => (f64::from(u32::from_le_bytes(self.bytes(element, component))), 4294967295.0),
         };
         (if self.normalized { (value / largest).max(-1.0) } else { value }) as f32
     }

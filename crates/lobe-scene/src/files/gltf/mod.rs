@@ -10,6 +10,7 @@
 //! nothing names.
 
 pub(crate) mod accessor;
+pub(crate) mod component;
 pub(crate) mod container;
 pub(crate) mod document;
 pub(crate) mod draco;
