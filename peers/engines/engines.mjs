@@ -3,21 +3,21 @@
 //
 //   node peers/engines/engines.mjs target/release/lobe [NAME...]
 import { execFileSync, spawnSync } from 'node:child_process';
-import { copyFileSync, cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { cpSync, existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
-import { homedir, tmpdir } from 'node:os';
+import { tmpdir } from 'node:os';
 import path from 'node:path';
 
 import { writeBalls } from './balls.mjs';
 import { chromiumPath, openBrowser } from '../browser.mjs';
+import { BLENDER, cacheOf, getPackages, getPython } from '../packages.mjs';
 import { COSINE, DIRECTIONS, IDENTITY, SKY_DIRECTIONS, shJson, sunJson } from './light.mjs';
 import { bestFrame, bestLevel, ggxAlbedo, sunError } from './light.mjs';
 
 // The milliseconds in which an engine shows all balls.
 const LIMIT = 300_000;
 
-const caches = process.env.XDG_CACHE_HOME ?? path.join(homedir(), '.cache');
-const cache = process.env.LOBE_ENGINES ?? path.join(caches, 'lobe-engines');
+const cache = cacheOf('lobe-engines');
 const lobe = process.argv[2] && path.resolve(process.argv[2]);
 if (!lobe || !existsSync(lobe)) {
   console.error('usage: engines.mjs PROGRAM [NAME...], such as target/release/lobe three');
@@ -28,6 +28,7 @@ const mixed = (share, a, b) => a.map((x, k) => share * x + (1 - share) * b[k]);
 const SIZE = 256;
 // The level that each engine reads for a roughness, by its own formula, and the roughness of a level by the inverse.
 const quadratic = last => ({ last, read: r => last * r * (2 - r), held: k => 1 - Math.sqrt(1 - k / last) });
+const linear = last => ({ last, read: r => last * r, held: k => k / last });
 const doubling = {
   last: Math.log2(SIZE),
   read: r => 0.8 * Math.log2(SIZE * r * r),
@@ -36,6 +37,12 @@ const doubling = {
 // Its atlas has levels of the engine's own.
 const own = { last: 5, read: r => 5 * r, held: k => k / 5 };
 const asTheyAre = gains => gains;
+// The reflectance of white metal towards the normal by the polynomial of Karis 2014.
+function karisAlbedo(roughness) {
+  const [x, y, z, w] = [[-1, 1], [-0.0275, 0.0425], [-0.572, 1.04], [0.022, -0.04]].map(([a, b]) => roughness * a + b);
+  const a004 = Math.min(x * x, 2 ** -9.28) * x + y;
+  return -1.04 * a004 + z + 1.04 * a004 + w;
+}
 // Of each engine: how it is run, the levels that it reads, what it makes of their gains for a roughness, and the
 // largest difference that is allowed, by its textures and targets.
 const ENGINES = {
@@ -69,10 +76,17 @@ const ENGINES = {
     most: { matte: 5e-3, mirror: 2e-2, sky: 2e-2, rough: 2e-2, sun: 6e-3 },
     off: 0.25,
   },
+  // What is lost by single scattering comes back as irradiance. Its reflectance is a polynomial.
+  bevy: {
+    by: 'cargo',
+    levels: linear(4),
+    gains: r => g => mixed(karisAlbedo(r), g, COSINE),
+    most: { matte: 2e-3, mirror: 2e-3, sky: 2e-3, rough: 5e-3, sun: 5e-3 },
+  },
   // Paths: the noise of the matte ball.
   mitsuba: { by: 'mitsuba==3.9.1', most: { matte: 5e-3, mirror: 1e-3, sun: 5e-3 } },
   // It takes the first row of the picture for the pole, half a texel away.
-  blender: { by: 'bpy==5.0.1', most: { matte: 1e-3, mirror: 5e-3, sun: 1e-3 } },
+  blender: { by: BLENDER, most: { matte: 1e-3, mirror: 5e-3, sun: 1e-3 } },
 };
 const ROUGHNESS = [0.25, 0.5, 0.75];
 // How far the level that is seen may be from the one that holds the roughness, unless the engine's row says otherwise:
@@ -80,42 +94,18 @@ const ROUGHNESS = [0.25, 0.5, 0.75];
 const MOST_OFF = 0.15;
 
 const asked = process.argv.slice(3);
-const names = asked.length ? asked : Object.keys(ENGINES);
+// bevy takes a quarter of an hour to compile: it runs where it is asked for.
+const names = asked.length ? asked : Object.keys(ENGINES).filter(name => ENGINES[name].by !== 'cargo');
 const rows = [];
 function row(engine, what, holds, found) {
   rows.push(holds);
   console.log(`${engine.padEnd(20)} ${what.padEnd(16)} ${(holds ? 'agrees' : 'DIFFERS').padEnd(8)} ${found}`);
 }
 
-// Gets the packages of package.json into the cache.
-function getPackages() {
-  mkdirSync(cache, { recursive: true });
-  const wanted = path.join(import.meta.dirname, 'package.json');
-  const there = path.join(cache, 'package.json');
-  if (!existsSync(there) || readFileSync(there, 'utf8') !== readFileSync(wanted, 'utf8')) {
-    const { dependencies } = JSON.parse(readFileSync(wanted));
-    const all = Object.entries(dependencies).map(([name, version]) => `${name}@${version}`);
-    const options = ['--ignore-scripts', '--no-audit', '--no-fund', '--no-save', '--no-package-lock'];
-    execFileSync('npm', ['install', '--prefix', cache, ...options, ...all], { stdio: ['ignore', 'ignore', 'inherit'] });
-    copyFileSync(wanted, there);
-  }
-  return path.join(cache, 'node_modules');
-}
-
-// Python with one package of PyPI, in an environment of its own in the cache; none where pip has no such package.
-function getPython(wanted) {
+// Python with one package of PyPI: that of a variable, or of the cache.
+function pythonOf(wanted) {
   const [name] = wanted.split('==');
-  const python = process.env[`LOBE_ENGINES_${name.toUpperCase()}`] ?? path.join(cache, wanted, 'bin', 'python');
-  if (!existsSync(python)) {
-    execFileSync('python3', ['-m', 'venv', path.join(cache, wanted)]);
-    const install = ['-m', 'pip', 'install', '--quiet', wanted];
-    const installed = spawnSync(python, install, { stdio: ['ignore', 'ignore', 'inherit'] });
-    if (installed.status !== 0) {
-      rmSync(path.join(cache, wanted), { recursive: true });
-      return null;
-    }
-  }
-  return python;
+  return process.env[`LOBE_ENGINES_${name.toUpperCase()}`] ?? getPython(cache, wanted);
 }
 
 const folder = mkdtempSync(path.join(tmpdir(), 'lobe-engines-'));
@@ -175,9 +165,30 @@ function control({ error, values }) {
   row('control', 'rough 0.5', differs, `level ${found.level.toFixed(2)}, not ${levels.read(0.5)}`);
 }
 
+// Compiles the exported programs into the crate of the folder, in the cache, and runs it.
+function judgeBevy() {
+  const crate = path.join(cache, 'bevy');
+  cpSync(path.join(import.meta.dirname, 'bevy'), crate, { recursive: true });
+  for (const what of ['plain', 'sun']) {
+    cpSync(path.join(folder, what, 'bevy', 'sky.rs'), path.join(crate, 'src', `${what}.rs`));
+  }
+  const env = { ...process.env, CARGO_TARGET_DIR: path.join(crate, 'target') };
+  execFileSync('cargo', ['build', '--locked'], { cwd: crate, env, stdio: ['ignore', 'ignore', 'inherit'] });
+  const show = (what, surfaces) => {
+    const out = path.join(folder, `bevy-${what}.json`);
+    const looked = JSON.stringify({ surfaces, directions: DIRECTIONS, sky: SKY_DIRECTIONS });
+    const { status, stderr } =
+      spawnSync(path.join(crate, 'target/debug/lobe-bevy-balls'), [what, folder, out, looked], { encoding: 'utf8' });
+    return status === 0 ? JSON.parse(readFileSync(out)) : { error: stderr.trim().split('\n').pop() };
+  };
+  const [plain, sun] = [show('plain', surfaces), show('sun', [matte])];
+  if (plain.error || sun.error) row('bevy', 'runs', false, plain.error ?? sun.error);
+  else judge('bevy', plain.version, plain.values, sun.values.matte);
+}
+
 const inBrowser = names.filter(name => ENGINES[name].by === 'browser');
 if (inBrowser.length) {
-  const modules = getPackages();
+  const modules = getPackages(import.meta.dirname, cache);
   if (!chromiumPath()) {
     console.error('no Chromium: install it, or say where it is with CHROMIUM');
     process.exit(2);
@@ -195,8 +206,9 @@ if (inBrowser.length) {
   if (inBrowser.includes('three')) control(await shown('three', 'control', surfaces));
   await browser.close();
 }
-for (const engine of names.filter(name => ENGINES[name].by !== 'browser')) {
-  const python = getPython(ENGINES[engine].by);
+if (names.includes('bevy')) judgeBevy();
+for (const engine of names.filter(name => !['browser', 'cargo'].includes(ENGINES[name].by))) {
+  const python = pythonOf(ENGINES[engine].by);
   if (!python) {
     console.log(`${engine}: SKIPPED, pip has no ${ENGINES[engine].by} here`);
     continue;

@@ -3,19 +3,20 @@
 //
 //   node peers/readers/readers.mjs target/release/lobe
 import { execFileSync } from 'node:child_process';
-import { copyFileSync, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
-import { homedir, tmpdir } from 'node:os';
+import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { pathToFileURL } from 'node:url';
 
 import { chromiumPath, openBrowser } from '../browser.mjs';
+import { cacheOf, getPackages, getPython } from '../packages.mjs';
 import { FACES, N, difference, pfm, texel } from './cube.mjs';
 
 // The milliseconds in which an engine loads a file.
 const LIMIT = 90_000;
 
-const cache = process.env.LOBE_READERS ?? path.join(process.env.XDG_CACHE_HOME ?? path.join(homedir(), '.cache'), 'lobe-readers');
+const cache = cacheOf('lobe-readers');
 const lobe = process.argv[2] && path.resolve(process.argv[2]);
 if (!lobe || !existsSync(lobe)) {
   console.error('usage: readers.mjs PROGRAM, such as target/release/lobe');
@@ -31,25 +32,6 @@ function row(file, reader, verdict, note) {
 
 function expect(file, reader, holds, note) {
   row(file, reader, holds ? 'reads' : 'FAILS', note);
-}
-
-// Gets the packages of package.json, and OpenEXR for Python, into the cache.
-function getReaders() {
-  mkdirSync(cache, { recursive: true });
-  const wanted = path.join(import.meta.dirname, 'package.json');
-  const there = path.join(cache, 'package.json');
-  if (!existsSync(there) || readFileSync(there, 'utf8') !== readFileSync(wanted, 'utf8')) {
-    execFileSync('npm', ['install', '--prefix', cache, '--ignore-scripts', '--no-audit', '--no-fund', '--no-save', '--no-package-lock',
-      ...Object.entries(JSON.parse(readFileSync(wanted)).dependencies).map(([name, version]) => `${name}@${version}`)],
-    { stdio: ['ignore', 'ignore', 'inherit'] });
-    copyFileSync(wanted, there);
-  }
-  const python = path.join(cache, 'venv', 'bin', 'python');
-  if (!existsSync(python)) {
-    execFileSync('python3', ['-m', 'venv', path.join(cache, 'venv')]);
-    execFileSync(python, ['-m', 'pip', 'install', '--quiet', 'OpenEXR', 'numpy'], { stdio: ['ignore', 'ignore', 'inherit'] });
-  }
-  return { modules: path.join(cache, 'node_modules'), python };
 }
 
 const folder = mkdtempSync(path.join(tmpdir(), 'lobe-readers-'));
@@ -205,7 +187,8 @@ function readExr(python) {
 }
 
 try {
-  const { modules, python } = getReaders();
+  const modules = getPackages(import.meta.dirname, cache);
+  const python = getPython(cache, 'OpenEXR', 'numpy');
   console.log(`${'file'.padEnd(22)} ${'reader'.padEnd(12)}`);
   const cubes = writeCubes();
   await parseKtx2(cubes, modules);

@@ -134,8 +134,13 @@ const ENGINES: Step = Step {
     work: Work::Where(
         has_node_and_chromium,
         "node",
-        "peers/engines/engines.mjs target/release/lobe three babylon playcanvas filament",
+        "peers/engines/engines.mjs target/release/lobe three babylon playcanvas filament bevy",
     ),
+};
+/// Baked scenes go through other programs that write glTF files.
+const ROUNDTRIPS: Step = Step {
+    name: "roundtrips",
+    work: Work::Where(has_node, "node", "peers/roundtrips/roundtrips.mjs target/release/lobe"),
 };
 /// Cube maps in bevy, which is compiled for it.
 const BEVY: Step = Step {
@@ -231,6 +236,7 @@ pub(crate) fn nightly() -> Outcome {
         OUTPUTS,
         READERS,
         ENGINES,
+        ROUNDTRIPS,
         BEVY,
         MOTION,
         LIT,

@@ -44,8 +44,6 @@ pub enum Engine {
 pub enum Tried {
     /// This version read the files by the snippet, and what it showed was compared with the light.
     Run(&'static str),
-    /// This version showed pictures of Lobe's in the frame of the table; the snippet was not run.
-    Shown(&'static str),
     /// Nothing was run: by the formulas of its source, or of programs that quote it.
     Formulas,
 }
@@ -172,7 +170,7 @@ impl Engine {
             },
             Self::Bevy => EngineFacts {
                 title: "bevy",
-                tried: Tried::Shown("0.19.1"),
+                tried: Tried::Run("0.19.1"),
                 chain: Some((RoughnessLevels::Linear, LAST_SIZE)),
                 units: "a texel times `intensity` is luminance in cd/m², a sun is in lux; at ev100 = 0 the picture is \
                         1/1.2 of it",
@@ -235,9 +233,6 @@ impl Engine {
     pub fn tried(self) -> String {
         match self.facts().tried {
             Tried::Run(version) => format!("tried with {version}, which ran the program in this folder"),
-            Tried::Shown(version) => {
-                format!("frame and levels seen in {version}; the program in this folder was not run")
-            }
             Tried::Formulas => "by the formulas of its source, not run".to_owned(),
         }
     }
