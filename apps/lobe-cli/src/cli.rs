@@ -1,6 +1,7 @@
 //! The command line as a whole: all sub-commands, and the options that apply to every one.
 
 use std::ffi::OsString;
+use std::fs;
 
 use anyhow::Context as _;
 use clap::{ArgMatches, Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
@@ -11,6 +12,7 @@ use crate::args::output::stdout_error;
 use crate::args::values;
 use crate::bake::{bake, compress, fit_lobes};
 use crate::render::methods::RenderCommand;
+use crate::run::batch::{One, lines, with_several};
 use crate::run::failure::Failure;
 use crate::run::system::check_stdout;
 use crate::run::talk::Talk;
@@ -172,12 +174,28 @@ fn threads(text: &str) -> Result<usize, String> {
     values::whole(text, 1, parallel::MAX_THREADS, "a number of threads")
 }
 
+/// What the command line asks for.
+pub(crate) enum Asked {
+    /// One command.
+    Command(Cli),
+    /// A command for each of several files.
+    Batch(Vec<One>),
+}
+
 /// Reads the command line.
-pub(crate) fn parse() -> Result<Cli, Failure> {
-    let command = with_negative_numbers(Cli::command());
-    let args = with_method(&command, std::env::args_os().collect());
+pub(crate) fn parse() -> Result<Asked, Failure> {
+    let several = with_several(with_negative_numbers(Cli::command()));
+    let args = with_method(&several, std::env::args_os().collect());
     let usage = |error| Failure::Usage { error: Box::new(error), command: command_meant(args.iter().cloned()) };
-    let matches = command.try_get_matches_from(&args).map_err(usage)?;
+    let matches = several.clone().try_get_matches_from(&args).map_err(usage)?;
+    let lines = lines(&several, &matches, &args)?;
+    if lines.is_empty() { parse_one(&args).map(Asked::Command) } else { Ok(Asked::Batch(lines)) }
+}
+
+/// Reads a line with one file.
+fn parse_one(args: &[OsString]) -> Result<Cli, Failure> {
+    let usage = |error| Failure::Usage { error: Box::new(error), command: command_meant(args.iter().cloned()) };
+    let matches = with_negative_numbers(Cli::command()).try_get_matches_from(args).map_err(usage)?;
     let cli = Cli::from_arg_matches(&matches).map_err(usage)?;
     if prints(&matches, "lobe") {
         check_stdout().map_err(stdout_error)?;
@@ -247,74 +265,114 @@ fn command_meant(args: impl Iterator<Item = OsString>) -> String {
     name
 }
 
-/// Runs the command of the command line.
-pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
-    let talk = Talk { quiet: cli.everywhere.quiet };
+/// Does what the command line asks for.
+pub(crate) fn run(asked: Asked) -> Result<(), Failure> {
+    match asked {
+        Asked::Command(cli) => {
+            prepare(&cli.everywhere)?;
+            cli.command.run(Talk { quiet: cli.everywhere.quiet })
+        }
+        Asked::Batch(lines) => run_all(&lines),
+    }
+}
+
+/// Runs the command of each file. One that fails is told, and the others are done all the same.
+fn run_all(lines: &[One]) -> Result<(), Failure> {
+    let mut failed = 0;
+    for (done, one) in lines.iter().enumerate() {
+        let cli = parse_one(&one.words)?;
+        if done == 0 {
+            prepare(&cli.everywhere)?;
+        }
+        let talk = Talk { quiet: cli.everywhere.quiet };
+        talk.note(&one.file.display().to_string(), &format!("file {} of {}", done + 1, lines.len()));
+        if let Some(folder) = &one.folder {
+            fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        }
+        if let Err(failure) = cli.command.run(talk) {
+            failure.report();
+            failed += 1;
+        }
+    }
+    match failed {
+        0 => Ok(()),
+        _ => Err(anyhow::anyhow!("{failed} of {} files failed; their lines are above", lines.len()).into()),
+    }
+}
+
+/// Sees to the machine, before anything is computed.
+fn prepare(everywhere: &Everywhere) -> Result<(), Failure> {
     Machine::check_limit().map_err(anyhow::Error::from)?;
     lobe::io::choose_huge_pages().map_err(anyhow::Error::from)?;
-    if cli.everywhere.threads.is_none() {
+    if everywhere.threads.is_none() {
         parallel::check_environment().map_err(anyhow::Error::from)?;
     }
-    if let Some(count) = cli.everywhere.threads {
+    if let Some(count) = everywhere.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
         pool.build_global()
             .with_context(|| format!("--threads {count}: the system does not give that many threads"))?;
     }
-    match cli.command {
-        Command::Demo(args) => args.run(talk)?,
-        Command::Project(args) => args.run(talk)?,
-        Command::Light(args) => args.run()?,
-        Command::Bake(args) => args.run(talk)?,
-        Command::Render(args) => args.run(talk)?,
-        Command::Compare(args) => {
-            if !args.run(talk)? {
-                return Err(Failure::Different);
-            }
-        }
-        Command::Compress(args) => args.run(talk)?,
-        Command::FitLobes(args) => args.run(talk)?,
-        Command::Field(args) => args.run(talk)?,
-        Command::Lamp(args) => args.run(talk)?,
-        Command::Spheres(args) => args.run(talk)?,
-        Command::Sh(ShCommand::Info(args)) => args.run()?,
-        Command::Sh(ShCommand::Eval(args)) => args.run()?,
-        Command::Sh(ShCommand::Rotate(args)) => args.run()?,
-        Command::Sh(ShCommand::Add(args)) => args.run()?,
-        Command::Sh(ShCommand::Scale(args)) => args.run()?,
-        Command::Sh(ShCommand::Mirror(args)) => args.run()?,
-        Command::Sh(ShCommand::Product(args)) => args.run()?,
-        Command::Sh(ShCommand::Log(args)) => args.run()?,
-        Command::Sh(ShCommand::Exp(args)) => args.run(talk)?,
-        Command::Sh(ShCommand::Incident(args)) => args.run(talk)?,
-        Command::Sh(ShCommand::Convolve(args)) => args.run(talk)?,
-        Command::Sh(ShCommand::Window(args)) => args.run(talk)?,
-        Command::Sh(ShCommand::Dering(args)) => args.run(talk)?,
-        Command::Sh(ShCommand::Min(args)) => args.run(talk)?,
-        Command::Sh(ShCommand::Peaks(args)) => args.run(talk)?,
-        Command::Sh(ShCommand::Lights(args)) => args.run(talk)?,
-        Command::Sh(ShCommand::Plot(args)) => args.run()?,
-        Command::Sh(ShCommand::Encode(args)) => args.run(talk)?,
-        Command::Sh(ShCommand::Encodings(args)) => args.run(talk)?,
-        Command::Env(EnvCommand::Info(args)) => args.run(talk)?,
-        Command::Env(EnvCommand::Convert(args)) => args.run(talk)?,
-        Command::Env(EnvCommand::Rotate(args)) => args.run(talk)?,
-        Command::Env(EnvCommand::Adjust(args)) => args.run(talk)?,
-        Command::Env(EnvCommand::Sun(args)) => args.run(talk)?,
-        Command::Env(EnvCommand::Prefilter(args)) => args.run(talk)?,
-        Command::Env(EnvCommand::Show(args)) => args.run(talk)?,
-        Command::Env(EnvCommand::Irradiance(args)) => args.run(talk)?,
-        Command::Env(EnvCommand::Reconstruct(args)) => args.run(talk)?,
-        Command::Env(EnvCommand::Sky(args)) => args.run(talk)?,
-        Command::Env(EnvCommand::VectorIrradiance(args)) => args.run(talk)?,
-        Command::Env(EnvCommand::AreaLight(args)) => args.run()?,
-        Command::Env(EnvCommand::Ambient(args)) => args.run()?,
-        Command::Env(EnvCommand::Dfg(args)) => args.run(talk)?,
-        Command::Export(args) => args.run(talk)?,
-        Command::Import(args) => args.run()?,
-        Command::Man(args) => args.run(Cli::command())?,
-        Command::Completions(args) => args.run(Cli::command())?,
-    }
     Ok(())
+}
+
+impl Command {
+    fn run(self, talk: Talk) -> Result<(), Failure> {
+        match self {
+            Command::Demo(args) => args.run(talk)?,
+            Command::Project(args) => args.run(talk)?,
+            Command::Light(args) => args.run()?,
+            Command::Bake(args) => args.run(talk)?,
+            Command::Render(args) => args.run(talk)?,
+            Command::Compare(args) => {
+                if !args.run(talk)? {
+                    return Err(Failure::Different);
+                }
+            }
+            Command::Compress(args) => args.run(talk)?,
+            Command::FitLobes(args) => args.run(talk)?,
+            Command::Field(args) => args.run(talk)?,
+            Command::Lamp(args) => args.run(talk)?,
+            Command::Spheres(args) => args.run(talk)?,
+            Command::Sh(ShCommand::Info(args)) => args.run()?,
+            Command::Sh(ShCommand::Eval(args)) => args.run()?,
+            Command::Sh(ShCommand::Rotate(args)) => args.run()?,
+            Command::Sh(ShCommand::Add(args)) => args.run()?,
+            Command::Sh(ShCommand::Scale(args)) => args.run()?,
+            Command::Sh(ShCommand::Mirror(args)) => args.run()?,
+            Command::Sh(ShCommand::Product(args)) => args.run()?,
+            Command::Sh(ShCommand::Log(args)) => args.run()?,
+            Command::Sh(ShCommand::Exp(args)) => args.run(talk)?,
+            Command::Sh(ShCommand::Incident(args)) => args.run(talk)?,
+            Command::Sh(ShCommand::Convolve(args)) => args.run(talk)?,
+            Command::Sh(ShCommand::Window(args)) => args.run(talk)?,
+            Command::Sh(ShCommand::Dering(args)) => args.run(talk)?,
+            Command::Sh(ShCommand::Min(args)) => args.run(talk)?,
+            Command::Sh(ShCommand::Peaks(args)) => args.run(talk)?,
+            Command::Sh(ShCommand::Lights(args)) => args.run(talk)?,
+            Command::Sh(ShCommand::Plot(args)) => args.run()?,
+            Command::Sh(ShCommand::Encode(args)) => args.run(talk)?,
+            Command::Sh(ShCommand::Encodings(args)) => args.run(talk)?,
+            Command::Env(EnvCommand::Info(args)) => args.run(talk)?,
+            Command::Env(EnvCommand::Convert(args)) => args.run(talk)?,
+            Command::Env(EnvCommand::Rotate(args)) => args.run(talk)?,
+            Command::Env(EnvCommand::Adjust(args)) => args.run(talk)?,
+            Command::Env(EnvCommand::Sun(args)) => args.run(talk)?,
+            Command::Env(EnvCommand::Prefilter(args)) => args.run(talk)?,
+            Command::Env(EnvCommand::Show(args)) => args.run(talk)?,
+            Command::Env(EnvCommand::Irradiance(args)) => args.run(talk)?,
+            Command::Env(EnvCommand::Reconstruct(args)) => args.run(talk)?,
+            Command::Env(EnvCommand::Sky(args)) => args.run(talk)?,
+            Command::Env(EnvCommand::VectorIrradiance(args)) => args.run(talk)?,
+            Command::Env(EnvCommand::AreaLight(args)) => args.run()?,
+            Command::Env(EnvCommand::Ambient(args)) => args.run()?,
+            Command::Env(EnvCommand::Dfg(args)) => args.run(talk)?,
+            Command::Export(args) => args.run(talk)?,
+            Command::Import(args) => args.run()?,
+            Command::Man(args) => args.run(with_several(Cli::command()))?,
+            Command::Completions(args) => args.run(with_several(Cli::command()))?,
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]

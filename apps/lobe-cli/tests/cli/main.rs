@@ -10,6 +10,7 @@ mod bake;
 mod bake_killed;
 #[cfg(unix)]
 mod bake_stopped;
+mod batch;
 mod compare;
 mod double_sided;
 mod encodings;
