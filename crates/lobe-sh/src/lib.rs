@@ -86,6 +86,7 @@
 //! | exchange ringing for blur | [`Window`], [`ShVec::windowed`], [`ContentWindow`](ringing::ContentWindow) (none towards the light), [`Window::squared_laplacian_of`], [`width_of_peak`](filter::width_of_peak), [`dering_table_factors`](ringing::dering_table_factors) |
 //! | find extreme values | [`certified_minimum`](extrema::certified_minimum), [`certified_maximum`](extrema::certified_maximum), [`conservative_minimum`](ringing::conservative_minimum) |
 //! | remove ringing below zero | [`ShVec::deringed`], [`dering_in_place`](ringing::dering_in_place) with its [`DeringReport`](ringing::DeringReport); of many functions `ShBatch::dering_in_place` |
+//! | exchange coefficients with pyshtools, healpy, e3nn, Ambisonics | [`NamedConvention`](convention::NamedConvention), [`Convention`](convention::Convention): basis, normalization, phase, layout, axes |
 //! | read and write `.sh.json` | `sh_json::read_sh_json`, `sh_json::write_sh_json` (feature `json`) |
 //!
 //! # Types on top, slices below
@@ -121,6 +122,7 @@ pub mod basis;
 #[cfg(feature = "batch")]
 pub mod batch;
 mod by_type;
+pub mod convention;
 pub mod encoding;
 mod error;
 pub mod expansion;

@@ -184,6 +184,13 @@ impl EngineForm {
         self.order().map(|i| turned[i].scale(self.factor(i)))
     }
 
+    /// The nine colors of the radiance whose irradiance this is: [`encode`](Self::encode) of `S_lm = E_lm / A_l`, for
+    /// `l <= 2`.
+    #[must_use]
+    pub fn encode_irradiance<T: Coefficient<Wide = Rgb<f64>>>(self, irradiance: &impl Expansion<T>) -> [Rgb<f64>; 9] {
+        self.encode(&ShL2::of(array::from_fn(|i| coefficient(irradiance, i).scale(FRAC_1_PI / SHARES[i]))))
+    }
+
     /// The radiance, in Lobe's frame, that has these nine colors: the inverse of [`encode`](Self::encode).
     #[must_use]
     pub fn decode(self, colors: &[Rgb<f64>; 9]) -> ShL2<Rgb<f64>> {
@@ -323,6 +330,18 @@ mod tests {
                 let found = evaluated(form, &colors, form.frame().dir(n).to_array());
                 let expected = irradiance.eval(n).scale(FRAC_1_PI);
                 assert!(worst(found, expected) < 2e-6, "{form}, {v:?}: {found:?}, expected {expected:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn irradiance_has_the_colors_of_its_radiance() {
+        let radiance = radiance();
+        let irradiance = radiance.convolved(&Zonal::clamped_cosine(3));
+        for form in EngineForm::ALL {
+            let (found, expected) = (form.encode_irradiance(&irradiance), form.encode(&radiance));
+            for (i, (found, expected)) in found.into_iter().zip(expected).enumerate() {
+                assert!(worst(found, expected) < 1e-15, "{form}, {i}: {found:?}, expected {expected:?}");
             }
         }
     }
