@@ -132,6 +132,8 @@ enum ShCommand {
     Lights(sh::lights::ShLights),
     /// Draw an expansion: as a balloon, on the unfolded cube, or in a cross-section
     Plot(sh::plot::ShPlot),
+    /// Write coefficients as pyshtools, healpy, e3nn, Ambisonics and others keep them, or read theirs
+    Convert(sh::convert::ShConvert),
     /// Print irradiance in a small encoding, or as the constants of a shader
     Encode(sh::encode::ShEncode),
     /// Compare small encodings of the irradiance of an environment map with the truth
@@ -350,6 +352,7 @@ impl Command {
             Command::Sh(ShCommand::Peaks(args)) => args.run(talk)?,
             Command::Sh(ShCommand::Lights(args)) => args.run(talk)?,
             Command::Sh(ShCommand::Plot(args)) => args.run()?,
+            Command::Sh(ShCommand::Convert(args)) => args.run()?,
             Command::Sh(ShCommand::Encode(args)) => args.run(talk)?,
             Command::Sh(ShCommand::Encodings(args)) => args.run(talk)?,
             Command::Env(EnvCommand::Info(args)) => args.run(talk)?,

@@ -20,7 +20,8 @@ pub(crate) struct Import {
     /// in it, such as LightProbe.toJSON of three.js; a .ktx with the key sh; a .env of Babylon.js; - reads stdin
     #[arg(value_name = "FILE")]
     input: PathBuf,
-    /// The engine whose numbers they are. A .ktx is filament's, a .env babylon's
+    /// The engine whose numbers they are. A .ktx is filament's, a .env babylon's. Numbers of pyshtools, healpy, e3nn or
+    /// Ambisonics are read by lobe sh convert --from
     #[arg(long, value_name = "NAME", value_parser = form())]
     from: EngineForm,
     /// The radiance of the light in three bands, a .sh.json file; - writes to stdout

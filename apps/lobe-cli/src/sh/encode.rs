@@ -34,7 +34,8 @@ pub(crate) struct ShEncode {
     /// matrices of Ramamoorthi and Hanrahan, row after row; r-h: their nine coefficients L00 .. L22 of radiance, without
     /// the Condon-Shortley phase (these three colors, three bands); packed-5: fourteen vectors cAr .. cG of order 5, for
     /// light of high contrast (colors; P of five bands). three, babylon, playcanvas, filament, godot, unity, unreal,
-    /// cesium: nine colors as that engine keeps them, in its order and its frame, which lobe import reads back
+    /// cesium: nine colors as that engine keeps them, in its order and its frame, which lobe import reads back.
+    /// Coefficients for pyshtools, healpy, e3nn or Ambisonics are written by lobe sh convert --to
     #[arg(long = "as", value_name = "NAME|packed|packed-5|matrix|r-h|ENGINE", value_parser = form)]
     form: Form,
     /// For encodings of one side of a surface: its geometric normal [default: 0,0,1]
@@ -158,12 +159,12 @@ impl ShEncode {
             FileCoefficients::Scalar(f) => f.map(|c| Rgb::new(c, c, c)),
             FileCoefficients::Rgb(f) => f,
         };
-        let radiance = match quantity {
-            Quantity::Radiance => colors,
-            Quantity::Irradiance => radiance_of(&colors),
+        let colors = match quantity {
+            Quantity::Radiance => engine.encode(&colors),
+            Quantity::Irradiance => engine.encode_irradiance(&colors),
             found => bail!("{}: expected radiance or irradiance, found {found}", self.input),
         };
-        let (colors, places) = (engine.encode(&radiance), engine.places());
+        let places = engine.places();
         let numbers = if engine.is_planar() {
             let flat = engine.flat(&colors);
             ["r", "g", "b"].into_iter().zip(flat.chunks(9)).map(|(channel, values)| row(channel, values)).collect()
@@ -232,12 +233,6 @@ impl ShEncode {
 
 fn irradiance_of<T: Coefficient>(radiance: &ShVec<T>) -> ShVec<T> {
     radiance.convolved(&Zonal::clamped_cosine(radiance.order()))
-}
-
-/// The three bands of radiance whose irradiance this is: those of the clamped cosine are π, 2π/3 and π/4.
-fn radiance_of(irradiance: &ShVec<Rgb<f64>>) -> ShVec<Rgb<f64>> {
-    let factors = [FRAC_1_PI, 1.5 * FRAC_1_PI, 4.0 * FRAC_1_PI];
-    irradiance.resized(factors.len()).convolved(&Zonal::from_convolution_factors(factors))
 }
 
 impl Encoded {

@@ -12,6 +12,7 @@ mod bake_killed;
 mod bake_stopped;
 mod batch;
 mod compare;
+mod conventions;
 mod double_sided;
 mod encodings;
 mod engines;
