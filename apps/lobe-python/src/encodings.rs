@@ -3,12 +3,12 @@
 use std::f64::consts::FRAC_1_PI;
 
 use lobe::sh::encoding::{
-    EncodedIrradiance, EncodingError, IrradianceEncoding, IrradianceMatrix, IrradiancePolynomial, PackedIrradiance,
-    PackedIrradiance5, encoding_error,
+    EncodedIrradiance, EncodingError, EngineForm, IrradianceEncoding, IrradianceMatrix, IrradiancePolynomial,
+    PackedIrradiance, PackedIrradiance5, encoding_error,
 };
 use lobe::sh::rotation::{AxisPermutation, tangent_frame};
 use lobe::sh::sphere::even_directions;
-use lobe::sh::{Coefficient, Dir, Expansion as _, Rgb, ShError, ShVec};
+use lobe::sh::{Coefficient, Dir, Expansion as _, Rgb, ShError, ShL2, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 
@@ -33,6 +33,8 @@ enum Constants {
     Packed5(PackedIrradiance5),
     Matrix(IrradianceMatrix),
     Polynomial(IrradiancePolynomial),
+    /// Nine colors of an engine, and the irradiance that they are of.
+    Engine(EngineForm, [Rgb<f64>; 9], ShL2<Rgb<f64>>),
 }
 
 /// Numbers with their name.
@@ -52,7 +54,10 @@ impl Constants {
             "packed-5" => Some(Self::Packed5(PackedIrradiance5::from_irradiance_sh(&colors()))),
             "matrix" => Some(Self::Matrix(IrradianceMatrix::from_irradiance_sh(&colors()))),
             "r-h" => Some(Self::Polynomial(IrradiancePolynomial::from_irradiance_sh(&colors()))),
-            _ => None,
+            _ => name.parse().ok().map(|form: EngineForm| {
+                let colors = colors();
+                Self::Engine(form, form.encode_irradiance(&colors), colors.to_fixed())
+            }),
         }
     }
 
@@ -73,6 +78,13 @@ impl Constants {
             Self::Matrix(IrradianceMatrix { m }) => {
                 ["Mr", "Mg", "Mb"].into_iter().zip(m).map(|(name, m)| (name, m.concat())).collect()
             }
+            Self::Engine(form, colors, _) if form.is_planar() => {
+                let flat = form.flat(colors);
+                ["r", "g", "b"].into_iter().zip(flat.chunks(9)).map(|(name, c)| (name, c.to_vec())).collect()
+            }
+            Self::Engine(form, colors, _) => {
+                form.places().into_iter().zip(colors).map(|(place, c)| (place, c.to_array().to_vec())).collect()
+            }
         }
     }
 
@@ -82,6 +94,7 @@ impl Constants {
             Self::Packed5(packed) => packed.eval(n),
             Self::Matrix(matrix) => matrix.eval(n),
             Self::Polynomial(polynomial) => polynomial.eval(n),
+            Self::Engine(.., irradiance) => irradiance.eval(n),
         }
     }
 }
@@ -192,12 +205,18 @@ fn encoded<C: Coefficient<Scalar = f64>>(
         let scaled = if settings.over_pi { irradiance.map(|e| e.scale(FRAC_1_PI)) } else { irradiance };
         Ok::<_, String>(if settings.up_is_y { scaled.permuted(&AxisPermutation::Y_UP_FROM_Z_UP) } else { scaled })
     };
-    if let "packed" | "packed-5" | "matrix" | "r-h" = &*settings.name {
+    let form = settings.name.parse::<EngineForm>();
+    if form.is_ok() && (settings.over_pi || settings.up_is_y) {
+        let option = if settings.over_pi { "over_pi" } else { "up" };
+        return Err(value_error(format!("{option}: the form of {} says it by itself; leave it out", settings.name)));
+    }
+    if form.is_ok() || matches!(&*settings.name, "packed" | "packed-5" | "matrix" | "r-h") {
         let constants = |f: &[C]| Constants::of(&settings.name, &used(f)?).ok_or_else(String::new);
         return Ok(Encoded(Kind::Constants(search(py, functions, order, constants)?, are_colors)));
     }
-    let all = "packed, packed-5, matrix, r-h or one of";
-    let unknown = |error: ShError| value_error(error.to_string().replacen("one of", all, 1));
+    let engines = EngineForm::ALL.map(EngineForm::name).join(", ");
+    let all = format!("packed, packed-5, matrix, r-h, {engines} or one of");
+    let unknown = |error: ShError| value_error(error.to_string().replacen("one of", &all, 1));
     let encoding: IrradianceEncoding = settings.name.parse().map_err(unknown)?;
     let frame = tangent_frame(Dir::from_unit(settings.normal));
     Ok(Encoded(kind(search(py, functions, order, |f| Ok(encoding.encode(&used(f)?, frame)))?)))

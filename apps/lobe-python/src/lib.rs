@@ -2,7 +2,8 @@
 //!
 //! Read `rows` first: how an array becomes rows of coefficients, numbers or colors in single or double precision, and how work is done
 //! on all of them without the interpreter's lock. `eval` and `functions` are what is done to functions on the sphere, `files` where they
-//! are kept, `search` what is found in them, `encodings` irradiance in a few numbers, `lights` functions from lights. `area_lights` and
+//! are kept, `search` what is found in them, `encodings` irradiance in a few numbers, `conventions` numbers of other
+//! libraries, `lights` functions from lights. `area_lights` and
 //! `reflection` are closed forms. `maps` are environment maps, `map_filters` integrals over them, `techniques` pictures by them. `bakes` and
 //! `matrices` are what scenes do to light, by `job`, `compression` that in fewer numbers, `pictures` what they look like, `motion` and
 //! `shadows` what moves, `outputs` the files that are written, `forked` work in children of a process. The package checks shapes and has the words for users.
@@ -13,6 +14,7 @@ mod area_lights;
 mod bakes;
 mod batches;
 mod compression;
+mod conventions;
 mod encodings;
 mod eval;
 mod files;
@@ -64,6 +66,10 @@ mod _lobe {
     use crate::bakes::{Bake, Transfer, bake, bake_like, check_bake, is_bake_split, load_transfer};
     #[pymodule_export]
     use crate::compression::{compress, compress_f16, error_curve, fit_lobes};
+    #[pymodule_export]
+    use crate::conventions::{
+        convention_axes, conventions, engine_forms, from_convention, import_coefficients, to_convention,
+    };
     #[pymodule_export]
     use crate::encodings::{Encoded, encode, encoding_errors};
     #[pymodule_export]

@@ -19,9 +19,10 @@ from ._area_light import AreaLight
 from ._bake import AdaptiveReport, BakeOptions, BakeReport, CompressReport, Matrices, Transfer, bake, merge
 from ._camera import Camera, Traced
 from ._compression import CompressedReport, CurvePoint, HalvesReport, LobesReport, compress, compress_f16, error_curve, fit_lobes
+from ._conventions import CONVENTIONS
 from ._encodings import Encoded, EncodingError
 from ._env import MAPPINGS, EnvMap, LoadNote, Sun, Technique, export, project, reconstruct
-from ._light import light
+from ._light import import_coefficients, light
 from ._lobe import __version__
 from ._moving import MovingOptions, MovingScene
 from ._reflection import dfg, dfg_table, directional_albedo
@@ -56,6 +57,7 @@ if hasattr(_os, "register_at_fork"):
     _os.register_at_fork(after_in_child=_lobe.after_fork)
 
 __all__ = [
+    "CONVENTIONS",
     "MAPPINGS",
     "AdaptiveReport",
     "AreaLight",
@@ -102,6 +104,7 @@ __all__ = [
     "field",
     "field_shard",
     "fit_lobes",
+    "import_coefficients",
     "lamp",
     "light",
     "merge",

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import numpy.typing as npt
 
 from . import _lobe
 from ._arrays import MAX_ORDER, directions, numbers, whole
+from ._conventions import EngineForm
+from ._conventions import import_coefficients as coefficients_of
 from ._sh import Sh
 
 
@@ -43,3 +47,16 @@ def light(
             raise ValueError(f"{what}: expected rows of three numbers, found an array of shape {array.shape}")
     angle = 0.0 if half_angle is None else float(half_angle)
     return Sh(_lobe.light(kind, order, (unit[0].tolist(), angle), corners.tolist(), colors.tolist(), normalize))
+
+
+def import_coefficients(path: str | os.PathLike[str], form: EngineForm) -> Sh:
+    """The radiance of a light whose nine colors a file holds in the form of an engine, as `lobe import` reads them: text with 27 numbers, such as
+    cmgen's sh.txt; JSON with such a list, such as LightProbe.toJSON of three.js; a .ktx with the key sh; a .env of Babylon.js.
+
+        >>> import pathlib, tempfile
+        >>> probe = pathlib.Path(tempfile.mkdtemp()) / "probe.json"
+        >>> _ = probe.write_text(str([1.0] * 27))
+        >>> lobe.import_coefficients(probe, "three")
+        Sh(order 3, rgb float64)
+    """
+    return Sh(coefficients_of(path, form))

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from . import _lobe
 from ._arrays import MAX_ORDER, MAX_SIDE, Doubles, Numbers, as_asked, expect, finite, numbers, order_of, real, rotation_matrix, vectors, whole
 from ._arrays import directions as unit_directions
+from ._conventions import Convention, EngineForm, decoded, encoded
 from ._encodings import Encoded, EncodingError, encode
 
 # Eigenvalues below this part of the largest are raised to it, as `lobe sh log` does.
@@ -103,6 +104,21 @@ class Sh:
         if self.shape:
             raise ValueError(f"expected one function, found a batch of shape {self.shape}")
         _lobe.save_sh(np.ascontiguousarray(self._c, dtype=np.float64), quantity, path)
+
+    @classmethod
+    def from_convention(cls, array: npt.ArrayLike, name: Convention, *, color: bool | None = None) -> Sh:
+        """The functions of coefficients that another library keeps, float64: the inverse of `to_convention`.
+
+        `array` has the library's own shape, with axes of a batch before it. An axis of three right before it holds colors; `color=False` takes
+        it for a batch. Complex numbers that are not those of a real function are refused, with the l and m.
+
+            >>> import numpy as np
+            >>> alm = np.zeros(6, complex)  # healpy, lmax = 2
+            >>> alm[0] = np.sqrt(4 * np.pi)
+            >>> float(lobe.Sh.from_convention(alm, "healpy").mean().round(12))
+            1.0
+        """
+        return cls(decoded(array, name, color))
 
     # What it is
 
@@ -453,13 +469,31 @@ class Sh:
             (_lobe.irradiance_of_light(self._order) * intensities).reshape((*self.shape, count, *tail)),
         )
 
+    def to_convention(self, name: Convention) -> Numbers:
+        """The coefficients as another library keeps them, float64 or complex128, in its own shape, as `lobe sh convert --to` writes them.
+        `lobe.CONVENTIONS` says what each is. The batch comes first, and colors are an axis of three before the library's.
+
+            >>> sky = lobe.Sh([1.0, 0.2, 0.5, -0.1])
+            >>> sky.to_convention("pyshtools").shape  # for pyshtools.SHCoeffs.from_array
+            (2, 2, 2)
+            >>> sky.to_convention("healpy").dtype  # for healpy.alm2map
+            dtype('complex128')
+        """
+        return encoded(self._rows().astype(np.float64, copy=False), name, self.shape)
+
     def encode(
-        self, name: str, normal: npt.ArrayLike = (0.0, 0.0, 1.0), *, over_pi: bool = False, up: str = "z"
+        self, name: str | EngineForm, normal: npt.ArrayLike = (0.0, 0.0, 1.0), *, over_pi: bool = False, up: str = "z"
     ) -> Encoded:
         """Irradiance in fewer numbers, in an encoding named as in the command, such as "zh3", "ahd", "ambient-cube" or "h-6"; `encodings` lists
         them with their errors. "packed" are the seven vectors cAr .. cC of Sloan's shader, "matrix" the 4x4 matrices of Ramamoorthi and
         Hanrahan, row after row, "r-h" their nine coefficients of radiance, which have no Condon-Shortley phase, all of three bands, "packed-5"
-        fourteen vectors cAr .. cG of five; for three channels, which a function of numbers has alike.
+        fourteen vectors cAr .. cG of five; for three channels, which a function of numbers has alike. "three", "babylon", "playcanvas", "filament",
+        "godot", "unity", "unreal" and "cesium" are nine colors as that engine keeps them, in its order and its frame; `lobe.import_coefficients`
+        reads them back.
+
+            >>> irradiance = lobe.light("ambient", 3).convolve("cosine")
+            >>> irradiance.encode("godot").numbers["L00"].round(3)
+            array([1.128, 1.128, 1.128])
 
         `normal` is the geometric one of those that serve one side of a surface only. `over_pi` divides by π, as the shaders of Sloan's paper,
         Direct3D and Unity expect: what a white matte surface leaves of the irradiance. `up="y"` is for where y points up: directions, that of
