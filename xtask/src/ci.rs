@@ -181,6 +181,11 @@ const BENT_NORMALS: Step = Step {
 /// Another program looks through fisheye lenses.
 const FISHEYE: Step =
     Step { name: "fisheye", work: Work::Where(has_ffmpeg, "python3", "peers/fisheye/compare.py target/release/lobe") };
+/// Libraries of the sciences evaluate the coefficients that they are given, and give theirs.
+const CONVENTIONS: Step = Step {
+    name: "conventions",
+    work: Work::Where(has_python, "python3", "peers/conventions/conventions.py target/release/lobe"),
+};
 /// The window in a browser.
 const WEB: Step =
     Step { name: "web", work: Work::Where(has_node_and_chromium, "cargo", "run --package xtask -- web --check") };
@@ -192,6 +197,10 @@ fn has_node() -> Result<(), String> {
 fn has_node_and_chromium() -> Result<(), String> {
     has_node()?;
     toolchain::has_program("chromium", "apt-get install chromium")
+}
+
+fn has_python() -> Result<(), String> {
+    toolchain::has_program("python3", "https://www.python.org")
 }
 
 fn has_ffmpeg() -> Result<(), String> {
@@ -245,6 +254,7 @@ pub(crate) fn nightly() -> Outcome {
         CHARACTERS,
         BENT_NORMALS,
         FISHEYE,
+        CONVENTIONS,
         WEB,
         CORPUS_WHOLE,
     ])
