@@ -18,6 +18,7 @@ mod rotation;
 mod search;
 mod text;
 mod wgsl;
+mod wgsl_expansion;
 mod zonal;
 
 use std::path::{Path, PathBuf};
@@ -74,6 +75,7 @@ fn generated() -> Vec<(&'static str, Vec<(String, String)>)> {
     let products = products();
     let shaders = vec![
         ("basis.wgsl".into(), wgsl::basis(HEADER)),
+        ("expansion.wgsl".into(), wgsl_expansion::expansion(HEADER)),
         ("product.wgsl".into(), wgsl::product(HEADER, of_one_order(&products))),
     ];
     vec![

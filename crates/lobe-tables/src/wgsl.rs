@@ -29,10 +29,16 @@ const DOC: &str = "\
 
 fn function(text: &mut String, constants: &Basis<f64>, order: usize) {
     let count = coefficient_count(order);
-    let _ = write!(text, "\nfn basis_{order}(s: vec3f) -> array<f32, {count}> {{\n    var y: array<f32, {count}>;\n");
+    let _ = write!(
+        text,
+        "\n// The basis of order {order} towards the unit vector s, y_0 to y_{}.\n\
+         fn order_{order}_basis(s: vec3f) -> array<f32, {count}> {{\n",
+        count - 1
+    );
     if order > 1 {
         text.push_str("    let side = select(1.0, -1.0, s.z < 0.0);\n    let w = s.z * side - 1.0;\n");
     }
+    let mut values = vec![String::new(); count];
     for m in 0..order {
         match m {
             0 => {}
@@ -46,13 +52,14 @@ fn function(text: &mut String, constants: &Basis<f64>, order: usize) {
         if m > 0 && m + 1 < order {
             let _ = writeln!(text, "    let co_{m} = c_{m} * side;\n    let so_{m} = s_{m} * side;");
         }
-        column(text, constants, order, m);
+        column(text, &mut values, constants, (order, m));
     }
-    text.push_str("    return y;\n}\n");
+    let bands: Vec<String> = (0..order).map(|l| values[l * l..(l + 1) * (l + 1)].join(", ")).collect();
+    let _ = writeln!(text, "    return array<f32, {count}>(\n        {}\n    );\n}}", bands.join(",\n        "));
 }
 
-/// The functions of one `m`, of all bands.
-fn column(text: &mut String, constants: &Basis<f64>, order: usize, m: usize) {
+/// The functions of one `m`, of all bands: what they need, and their values.
+fn column(text: &mut String, values: &mut [String], constants: &Basis<f64>, (order, m): (usize, usize)) {
     let _ = writeln!(text, "    let p_{m}_{m} = {};", number(constants.diagonal(m)));
     for l in m..order {
         if l > m {
@@ -65,17 +72,17 @@ fn column(text: &mut String, constants: &Basis<f64>, order: usize, m: usize) {
         let odd = (l - m) % 2 == 1;
         if m == 0 {
             let side = if odd { " * side" } else { "" };
-            let _ = writeln!(text, "    y[{}] = p_0_{l}{side};", coefficient_index(l, 0));
+            values[coefficient_index(l, 0)] = format!("p_0_{l}{side}");
         } else {
             let o = if odd { "o" } else { "" };
-            let _ = writeln!(text, "    y[{}] = p_{m}_{l} * c{o}_{m};", coefficient_index(l, m as isize));
-            let _ = writeln!(text, "    y[{}] = p_{m}_{l} * s{o}_{m};", coefficient_index(l, -(m as isize)));
+            values[coefficient_index(l, m as isize)] = format!("p_{m}_{l} * c{o}_{m}");
+            values[coefficient_index(l, -(m as isize))] = format!("p_{m}_{l} * s{o}_{m}");
         }
     }
 }
 
 /// The `f32` nearest to a constant, as WGSL reads it.
-fn number(x: f64) -> String {
+pub(crate) fn number(x: f64) -> String {
     format!("{:?}", x as f32)
 }
 
@@ -88,11 +95,12 @@ pub(crate) fn product<'a>(header: &str, functions: impl Iterator<Item = (usize, 
     let first = number((4.0 * std::f64::consts::PI).sqrt().recip());
     let _ = write!(
         text,
-        "\nfn product_1(a: array<f32, 1>, b: array<f32, 1>) -> array<f32, 1> {{\n    return array<f32, 1>(a[0] * b[0] * {first});\n}}\n"
+        "\nfn order_1_product(a: array<f32, 1>, b: array<f32, 1>) -> array<f32, 1> {{\n    return array<f32, 1>(a[0] * b[0] * {first});\n}}\n"
     );
     for (order, function) in functions {
         let array = format!("array<f32, {}>", coefficient_count(order));
-        let _ = write!(text, "\nfn product_{order}(a: {array}, b: {array}) -> {array} {{\n    var out: {array};\n");
+        let _ =
+            write!(text, "\nfn order_{order}_product(a: {array}, b: {array}) -> {array} {{\n    var out: {array};\n");
         function.body(&mut text, number);
         text.push_str("    return out;\n}\n");
     }

@@ -15,6 +15,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "basis" => "generated/basis.wgsl",
     "camera" => "camera.wgsl",
     "clustered" => "clustered.wgsl",
+    "clustered_sum" => "clustered_sum.wgsl",
     "copy" => "copy.wgsl",
     "dfg" => "dfg.wgsl",
     "dispatch" => "dispatch.wgsl",
@@ -29,6 +30,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "draw_vertices" => "draw_vertices.wgsl",
     "elementary" => "elementary.wgsl",
     "environment" => "environment.wgsl",
+    "expansion" => "generated/expansion.wgsl",
     "field_stencil" => "field_stencil.wgsl",
     "facing" => "facing.wgsl",
     "finish" => "finish.wgsl",
@@ -36,10 +38,15 @@ const MODULES: &[(&str, &str)] = modules! {
     "lobe_table" => "lobe_table.wgsl",
     "gltf" => "gltf.wgsl",
     "gltf_suns" => "gltf_suns.wgsl",
+    "hemisphere" => "hemisphere.wgsl",
+    "irradiance_encoding" => "irradiance_encoding.wgsl",
     "look_up_fields" => "look_up_fields.wgsl",
+    "octahedral" => "octahedral.wgsl",
     "openness" => "openness.wgsl",
+    "packed_irradiance" => "packed_irradiance.wgsl",
     "product" => "generated/product.wgsl",
     "resolve" => "resolve.wgsl",
+    "rotation" => "rotation.wgsl",
     "shade_gltf" => "shade_gltf.wgsl",
     "shade_glossy" => "shade_glossy.wgsl",
     "shade_irradiance" => "shade_irradiance.wgsl",
@@ -63,6 +70,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "tone" => "tone.wgsl",
     "transfer" => "transfer.wgsl",
     "transfer_texture" => "transfer_texture.wgsl",
+    "window" => "window.wgsl",
 };
 
 /// The source of a shader.
@@ -123,8 +131,10 @@ impl Shader {
         let mut shader = self.constant("ORDER", order).constant("COEFFICIENTS", order * order);
         shader.add("basis");
         let count = order * order;
-        let _ =
-            writeln!(shader.text, "\nfn basis(s: vec3f) -> array<f32, {count}> {{\n    return basis_{order}(s);\n}}");
+        let _ = writeln!(
+            shader.text,
+            "\nfn basis(s: vec3f) -> array<f32, {count}> {{\n    return order_{order}_basis(s);\n}}"
+        );
         shader
     }
 
@@ -134,7 +144,7 @@ impl Shader {
         let array = format!("array<f32, {}>", order * order);
         let _ = writeln!(
             self.text,
-            "\nfn product(a: {array}, b: {array}) -> {array} {{\n    return product_{order}(a, b);\n}}"
+            "\nfn product(a: {array}, b: {array}) -> {array} {{\n    return order_{order}_product(a, b);\n}}"
         );
         self
     }

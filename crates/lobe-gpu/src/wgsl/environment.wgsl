@@ -1,4 +1,4 @@
-// uses: elementary
+// uses: elementary, octahedral
 // Lookups of an environment map in every mapping of `lobe_env::Mapping`, as `lobe_env::MappedMap::radiance`: bilinear
 // between the centers of texels and across every seam. Levels of a map lie below each other in one texture.
 //
@@ -60,7 +60,7 @@ fn level_radiance(texels: texture_2d<f32>, level: EnvironmentLevel, s: vec3f) ->
     switch MAPPING {
         case LAT_LONG: { return lat_long_radiance(texels, level, s); }
         case CUBE: { return cube_radiance(texels, level, s); }
-        case OCTAHEDRAL: { return folded_radiance(texels, level, octahedral_point(s)); }
+        case OCTAHEDRAL: { return folded_radiance(texels, level, octahedral_uv_from_dir(s)); }
         case EQUAL_AREA: { return folded_radiance(texels, level, equal_area_point(s)); }
         case DUAL_PARABOLOID: { return paraboloid_radiance(texels, level, s); }
         case SPHERE: { return ball_radiance(texels, level, ball_point(vec3f(-s.y, s.x, s.z))); }
@@ -174,12 +174,6 @@ fn cube_texel(level: EnvironmentLevel, face: i32, at: vec2i) -> vec2i {
     let local = transpose(cube_axes(other)) * (axes[0] + a.x * axes[1] + a.y * axes[2]);
     let place = clamp(vec2i(0.5 * (local.yz + 1.0) * f32(size)), vec2i(0), vec2i(size - 1));
     return vec2i(place.x, other * size + place.y);
-}
-
-fn octahedral_point(s: vec3f) -> vec2f {
-    let p = s.xy / (abs(s.x) + abs(s.y) + abs(s.z));
-    let folded = (1.0 - abs(p.yx)) * vec2f(side_of(p.x), side_of(p.y));
-    return 0.5 + 0.5 * select(p, folded, s.z < 0.0);
 }
 
 fn equal_area_point(s: vec3f) -> vec2f {

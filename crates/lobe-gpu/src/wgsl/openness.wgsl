@@ -28,7 +28,7 @@ fn lobe_factors_at(roughness: f32) -> vec3f {
 // Of a surface of this normal and albedo for a lobe about an axis; `sent_back` is what it sends back of all others.
 fn around_at(d: Visibility, axis: vec3f, n: vec3f, roughness: f32, albedo: vec3f, sent_back: vec3f) -> Around {
     let k = lobe_factors_at(roughness);
-    let y = basis_3(axis);
+    let y = order_3_basis(axis);
     let first = dot(d.first.yzw, vec3f(y[1], y[2], y[3]));
     let second = dot(d.second, vec4f(y[4], y[5], y[6], y[7])) + d.last * y[8];
     let along = dot(k, vec3f(d.first.x * y[0], first, second));

@@ -18,7 +18,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         return;
     }
     // A variable, as everywhere: of a list without a place in memory compilers make a copy for each place that a loop asks for.
-    var y = basis_9(receivers[r].normal.xyz);
+    var y = order_9_basis(receivers[r].normal.xyz);
     let v = seen_by(r, count);
     var sum = vec3f(0.0);
     for (var row = 0u; row < arrayLength(&operator_rows) / COEFFICIENTS; row++) {

@@ -2,11 +2,11 @@
 
 // Products of expansions of one order, cut off at that order: the straight-line code of `lobe_sh::product::product_into`.
 
-fn product_1(a: array<f32, 1>, b: array<f32, 1>) -> array<f32, 1> {
+fn order_1_product(a: array<f32, 1>, b: array<f32, 1>) -> array<f32, 1> {
     return array<f32, 1>(a[0] * b[0] * 0.2820948);
 }
 
-fn product_2(a: array<f32, 4>, b: array<f32, 4>) -> array<f32, 4> {
+fn order_2_product(a: array<f32, 4>, b: array<f32, 4>) -> array<f32, 4> {
     var out: array<f32, 4>;
     let t3 = a[0] * 0.2820948;
     let t6 = b[0] * 0.2820948;
@@ -18,7 +18,7 @@ fn product_2(a: array<f32, 4>, b: array<f32, 4>) -> array<f32, 4> {
     return out;
 }
 
-fn product_3(a: array<f32, 9>, b: array<f32, 9>) -> array<f32, 9> {
+fn order_3_product(a: array<f32, 9>, b: array<f32, 9>) -> array<f32, 9> {
     var out: array<f32, 9>;
     let t3 = a[0] * 0.2820948;
     let t9 = b[0] * 0.2820948;
@@ -76,7 +76,7 @@ fn product_3(a: array<f32, 9>, b: array<f32, 9>) -> array<f32, 9> {
     return out;
 }
 
-fn product_4(a: array<f32, 16>, b: array<f32, 16>) -> array<f32, 16> {
+fn order_4_product(a: array<f32, 16>, b: array<f32, 16>) -> array<f32, 16> {
     var out: array<f32, 16>;
     let t3 = a[0] * 0.2820948;
     let t6 = b[0] * 0.2820948;
@@ -265,7 +265,7 @@ fn product_4(a: array<f32, 16>, b: array<f32, 16>) -> array<f32, 16> {
     return out;
 }
 
-fn product_5(a: array<f32, 25>, b: array<f32, 25>) -> array<f32, 25> {
+fn order_5_product(a: array<f32, 25>, b: array<f32, 25>) -> array<f32, 25> {
     var out: array<f32, 25>;
     let t3 = a[0] * 0.2820948;
     let t9 = b[0] * 0.2820948;
@@ -813,7 +813,7 @@ fn product_5(a: array<f32, 25>, b: array<f32, 25>) -> array<f32, 25> {
     return out;
 }
 
-fn product_6(a: array<f32, 36>, b: array<f32, 36>) -> array<f32, 36> {
+fn order_6_product(a: array<f32, 36>, b: array<f32, 36>) -> array<f32, 36> {
     var out: array<f32, 36>;
     let t4 = a[2] * 0.2820948;
     let t8 = a[0] * 0.2820948;
