@@ -12,6 +12,7 @@ mod instructions;
 mod narrower;
 mod outcome;
 mod outputs;
+mod shaders;
 mod sizes;
 mod step;
 mod suns;
@@ -45,6 +46,11 @@ const CHORES: &[(&str, &str, Chore)] = &[
     ("bench", "the kernels beside their floors and other libraries, measured here in one run", bench::bench),
     ("documents", "links between documents, and citations against REFERENCES.bib", |_| documents::check()),
     ("tables", "writes the generated code of lobe-sh and lobe-gpu; with --check only compares", tables::run),
+    (
+        "shaders",
+        "writes the functions for shaders in lobe-shaders from the WGSL of lobe-gpu; with --check only compares",
+        shaders::run,
+    ),
     ("outputs", "two builds of the command write the same bytes: PROGRAM-BEFORE PROGRAM-AFTER", outputs::run),
     (
         "corpus",

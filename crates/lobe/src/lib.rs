@@ -132,6 +132,7 @@ pub use lobe_prt as prt;
 pub use lobe_render as render;
 pub use lobe_scene as scene;
 pub use lobe_sh as sh;
+pub use lobe_shaders as shaders;
 pub use lobe_shadow as shadow;
 
 /// The Rust blocks of the documents at the root of the repository, compiled and run as documentation tests.
