@@ -9,6 +9,8 @@ mod moving;
 mod multisampling;
 mod pieces;
 mod scene_view;
+mod shader_cases;
+mod shader_functions;
 mod suns;
 mod textures;
 mod traced;
