@@ -86,8 +86,8 @@ enum Command {
     /// Work on environment maps, pictures of everything around a point
     #[command(subcommand)]
     Env(EnvCommand),
-    /// Write the light of an environment map as the files that an engine reads
-    Export(export::Export),
+    /// Write the light of an environment map as the files that an engine reads; shader: functions for shaders
+    Export(export::export::Export),
     /// Read the spherical harmonics of an engine as an expansion
     Import(import::Import),
     /// Write the manual, a page for every command

@@ -217,6 +217,9 @@ mod guide {
     #[doc = include_str!("../../../docs/guide/src/moving.md")]
     mod moving {}
 
+    #[doc = include_str!("../../../docs/guide/src/shaders.md")]
+    mod shaders {}
+
     #[doc = include_str!("../../../docs/guide/src/sharing.md")]
     mod sharing {}
 

@@ -35,6 +35,7 @@ fn every_command_of_the_guide_exists_with_its_options() {
             let words: Vec<&str> = command.split_whitespace().skip(1).collect();
             let depth = match words[..] {
                 ["env", "area-light", ..] => 3,
+                ["export", "shader", ..] => 2,
                 [group, ..] if GROUPS.contains(&group) => 2,
                 _ => 1,
             };

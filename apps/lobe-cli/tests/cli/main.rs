@@ -41,6 +41,7 @@ mod scene_options;
 mod sh;
 mod sh_arithmetic;
 mod sh_log_exp;
+mod shaders;
 mod shadow_options;
 mod sharing;
 mod skinned_spheres;

@@ -1,4 +1,4 @@
-//! `lobe export`: the light of a map as the files that engines read.
+//! `lobe export MAP`: the light of a map as the files that engines read.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -24,7 +24,7 @@ const ALL: &str = "all";
 const OF_CHAINS: u64 = 256;
 
 #[derive(Args)]
-pub(crate) struct Export {
+pub(crate) struct ExportLight {
     #[command(flatten)]
     input: MapInput,
     /// The engines, with commas between them. Each gets its own frame and faces, roughness of levels, turn of the
@@ -58,7 +58,7 @@ fn engine() -> impl TypedValueParser<Value = Engines> {
         .try_map(|name| if name == ALL { Ok(Engines::All) } else { name.parse().map(Engines::One) })
 }
 
-impl Export {
+impl ExportLight {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let engines = self.engines();
         // A file of suns that cannot be read is refused before anything takes time.
