@@ -141,6 +141,10 @@ const ENGINES: Step = Step {
 const ROUNDTRIPS: Step = Step {
     name: "roundtrips",
     work: Work::Where(has_node, "node", "peers/roundtrips/roundtrips.mjs target/release/lobe"),
+/// Compilers of other languages take the functions for shaders, and devices compute the numbers of the library with them.
+const SHADERS: Step = Step {
+    name: "shaders",
+    work: Work::Where(has_compilers_of_shaders, "python3", "peers/shaders/shaders.py target/release/lobe"),
 };
 /// Cube maps in bevy, which is compiled for it.
 const BEVY: Step = Step {
@@ -201,6 +205,12 @@ fn has_node_and_chromium() -> Result<(), String> {
 
 fn has_python() -> Result<(), String> {
     toolchain::has_program("python3", "https://www.python.org")
+fn has_compilers_of_shaders() -> Result<(), String> {
+    has_node_and_chromium()?;
+    toolchain::has_program("glslangValidator", "apt-get install glslang-tools")?;
+    toolchain::has_program("spirv-val", "apt-get install spirv-tools")?;
+    toolchain::has_program("clang++", "apt-get install clang")?;
+    toolchain::has_module("wgpu")
 }
 
 fn has_ffmpeg() -> Result<(), String> {
@@ -246,6 +256,7 @@ pub(crate) fn nightly() -> Outcome {
         READERS,
         ENGINES,
         ROUNDTRIPS,
+        SHADERS,
         BEVY,
         MOTION,
         LIT,
