@@ -72,13 +72,25 @@ def picture(scene, camera, d, path):
     return pixels
 
 
-def main():
-    folder, out = map(Path, sys.argv[1:])
-    scene = prepared()
+def add_sky(scene, folder):
+    """What the program of the folder does, or Blender's importer of its stage."""
+    stage = folder / "sky.usda"
+    if stage.exists():
+        # The importer makes the nodes of a dome in the world that there is.
+        scene.world = bpy.data.worlds.new("world")
+        scene.world.use_nodes = True
+        bpy.ops.wm.usd_import(filepath=str(stage))
+        return
     spec = importlib.util.spec_from_file_location("sky", folder / "sky.py")
     program = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(program)
     program.add_sky(scene, str(folder))
+
+
+def main():
+    folder, out = map(Path, sys.argv[1:])
+    scene = prepared()
+    add_sky(scene, folder)
     ball, camera = ball_and_camera(scene)
     values = {}
     with tempfile.TemporaryDirectory() as place:

@@ -84,9 +84,11 @@ const ENGINES = {
     most: { matte: 2e-3, mirror: 2e-3, sky: 2e-3, rough: 5e-3, sun: 5e-3 },
   },
   // Paths: the noise of the matte ball.
-  mitsuba: { by: 'mitsuba==3.9.1', most: { matte: 5e-3, mirror: 1e-3, sun: 5e-3 } },
+  mitsuba: { by: 'mitsuba==3.9.1', script: 'mitsuba', most: { matte: 5e-3, mirror: 1e-3, sun: 5e-3 } },
   // It takes the first row of the picture for the pole, half a texel away.
-  blender: { by: BLENDER, most: { matte: 1e-3, mirror: 5e-3, sun: 1e-3 } },
+  blender: { by: BLENDER, script: 'blender', most: { matte: 1e-3, mirror: 5e-3, sun: 1e-3 } },
+  // Blender imports the stage. Its importer makes a normalized DistantLight four times as strong as UsdLux says.
+  usd: { by: BLENDER, script: 'blender', most: { matte: 1e-3, mirror: 5e-3, sun: 2e-3 }, gain: 4 },
 };
 const ROUGHNESS = [0.25, 0.5, 0.75];
 // How far the level that is seen may be from the one that holds the roughness, unless the engine's row says otherwise:
@@ -145,7 +147,7 @@ function judge(engine, version, values, ofSun) {
     const difference = `difference ${found.error.toExponential(1)}, allowed ${most.rough}`;
     row(title, `rough ${roughness}`, holds, `${seen}; ${difference}`);
   }
-  const error = sunError(ofSun);
+  const error = sunError(ofSun, ENGINES[engine].gain);
   row(title, 'matte and a sun', error <= most.sun, `difference ${error.toExponential(1)}, allowed ${most.sun}`);
 }
 
@@ -215,7 +217,7 @@ for (const engine of names.filter(name => !['browser', 'cargo'].includes(ENGINES
   }
   const show = what => {
     const out = path.join(folder, `${engine}-${what}.json`);
-    const script = path.join(import.meta.dirname, `${engine}_balls.py`);
+    const script = path.join(import.meta.dirname, `${ENGINES[engine].script}_balls.py`);
     const { status, stderr } = spawnSync(python, [script, path.join(folder, what, engine), out], { encoding: 'utf8' });
     return status === 0 ? JSON.parse(readFileSync(out)) : { error: stderr.trim().split('\n').pop() };
   };

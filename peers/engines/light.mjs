@@ -125,10 +125,10 @@ export function bestFrame(found, gains, directions = DIRECTIONS) {
 }
 
 // The largest difference with the sun beside the light on a matte surface.
-export function sunError(found) {
+export function sunError(found, gain = 1) {
   return worst(found, DIRECTIONS.map(d => {
     const cosine = Math.max(d.reduce((sum, c, k) => sum + c * SUN.direction[k], 0), 0);
-    return radiance(LIGHT, toLobe(d), COSINE).map((c, k) => c + SUN.irradiance[k] * cosine / Math.PI);
+    return radiance(LIGHT, toLobe(d), COSINE).map((c, k) => c + gain * SUN.irradiance[k] * cosine / Math.PI);
   }));
 }
 

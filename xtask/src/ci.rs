@@ -141,6 +141,7 @@ const ENGINES: Step = Step {
 const ROUNDTRIPS: Step = Step {
     name: "roundtrips",
     work: Work::Where(has_node, "node", "peers/roundtrips/roundtrips.mjs target/release/lobe"),
+};
 /// Compilers of other languages take the functions for shaders, and devices compute the numbers of the library with them.
 const SHADERS: Step = Step {
     name: "shaders",
@@ -205,6 +206,8 @@ fn has_node_and_chromium() -> Result<(), String> {
 
 fn has_python() -> Result<(), String> {
     toolchain::has_program("python3", "https://www.python.org")
+}
+
 fn has_compilers_of_shaders() -> Result<(), String> {
     has_node_and_chromium()?;
     toolchain::has_program("glslangValidator", "apt-get install glslang-tools")?;

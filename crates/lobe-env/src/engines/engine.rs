@@ -34,6 +34,8 @@ pub enum Engine {
     Unreal,
     /// Mitsuba.
     Mitsuba,
+    /// `OpenUSD`: the lights of a stage.
+    Usd,
     /// The viewer of glTF by Khronos, and what reads the files of its IBL sampler.
     Khronos,
 }
@@ -94,7 +96,7 @@ const USUAL: EngineFacts = EngineFacts {
 
 impl Engine {
     /// All engines.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Three,
         Self::Babylon,
         Self::PlayCanvas,
@@ -105,6 +107,7 @@ impl Engine {
         Self::Unity,
         Self::Unreal,
         Self::Mitsuba,
+        Self::Usd,
         Self::Khronos,
     ];
 
@@ -122,6 +125,7 @@ impl Engine {
             Self::Unity => "unity",
             Self::Unreal => "unreal",
             Self::Mitsuba => "mitsuba",
+            Self::Usd => "usd",
             Self::Khronos => "khronos",
         }
     }
@@ -188,6 +192,15 @@ impl Engine {
                 EngineFacts { title: "Blender", tried: Tried::Run("5.0.1"), frame: EngineFrame::ZUp, ..usual }
             }
             Self::Mitsuba => EngineFacts { title: "Mitsuba", tried: Tried::Run("3.9.1"), panorama_turn: 1, ..usual },
+            // Its panoramas are those of OpenEXR, whose middle is +z.
+            Self::Usd => EngineFacts {
+                title: "OpenUSD",
+                tried: Tried::Run("Blender 5.0.1's importer"),
+                panorama_turn: 1,
+                units: "a texel is radiance, the intensity of a sun its irradiance, normalized by its angle, both in \
+                        the units of the map",
+                ..usual
+            },
             _ => return None,
         })
     }

@@ -122,6 +122,7 @@ fn items(engine: Engine) -> &'static [Item] {
             Program("sky.py", include_str!("snippets/unreal.py.txt")),
         ],
         Engine::Mitsuba => &[Panorama("sky.exr", Whole), Program("sky.py", include_str!("snippets/mitsuba.py.txt"))],
+        Engine::Usd => &[Panorama("sky.exr", Whole), Program("sky.usda", include_str!("snippets/usd.usda"))],
         Engine::Khronos => &[
             Chain("specular.ktx2"),
             Diffuse("diffuse.ktx2"),

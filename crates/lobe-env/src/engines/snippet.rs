@@ -1,7 +1,8 @@
 //! Programs that load the files of a light into an engine, with the numbers of that light.
 //!
 //! A template has its places for numbers in double braces: `coefficients`, with an ending of each number as in
-//! `coefficients:f`, `suns` as JSON in the engine's frame, `suns:rust` and `suns:csharp` as rows of numbers.
+//! `coefficients:f`, `suns` as JSON in the engine's frame, `suns:rust` and `suns:csharp` as rows of numbers, `suns:usda` as
+//! lights of a stage.
 
 use lobe_sh::encoding::EngineFrame;
 use lobe_sh::{Rgb, ShL2};
@@ -9,6 +10,7 @@ use serde_json::json;
 
 use crate::engines::coefficients;
 use crate::engines::engine::Engine;
+use crate::engines::usd_lights::usd_lights;
 use crate::sky::sun_extraction::Sun;
 
 /// The program of an engine.
@@ -23,6 +25,7 @@ pub(crate) fn filled(engine: Engine, template: &str, light: &ShL2<Rgb<f64>>, sun
     put("suns", &as_json(facts.frame, suns));
     put("suns:rust", &rows(facts.frame, suns, "", ["[", "]"]));
     put("suns:csharp", &rows(facts.frame, suns, "f", ["new[] { ", " }"]));
+    put("suns:usda", &usd_lights(facts.frame, suns));
     put("version", env!("CARGO_PKG_VERSION"));
     text
 }
