@@ -22,8 +22,8 @@ const BAKES = {
   'compressed, floats': ['--clusters', '16', '--components', '6', '--weights', '32'],
   'compressed, 16 bits': ['--clusters', '16', '--components', '6'],
 };
-// Relative RMS errors of pictures. Other orders of vertices change the last bits; a number of 12 bits within -1 and 1 has
-// steps of 1/2047.
+// Relative RMS errors of pictures. Other orders of vertices change the last bits; a number of 12 bits within -1 and 1
+// has steps of 1/2047.
 const EXACT = 1e-5;
 const TWELVE_BITS = 5e-3;
 

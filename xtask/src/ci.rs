@@ -142,7 +142,8 @@ const ROUNDTRIPS: Step = Step {
     name: "roundtrips",
     work: Work::Where(has_node, "node", "peers/roundtrips/roundtrips.mjs target/release/lobe"),
 };
-/// Compilers of other languages take the functions for shaders, and devices compute the numbers of the library with them.
+/// Compilers of other languages take the functions for shaders, and devices compute the numbers of the library with
+/// them.
 const SHADERS: Step = Step {
     name: "shaders",
     work: Work::Where(has_compilers_of_shaders, "python3", "peers/shaders/shaders.py target/release/lobe"),

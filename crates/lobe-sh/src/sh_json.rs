@@ -20,6 +20,9 @@ const FORMAT: &str = "lobe-sh";
 /// The version this code reads and writes.
 const VERSION: u64 = 1;
 
+/// The convention of the coefficients, which files say for other readers. One that says another is refused.
+const CONVENTION: &str = "real, orthonormal, Condon-Shortley phase, z up";
+
 /// No expansion needs more bytes: 256² rows of three numbers take 4 MiB as Lobe writes them, below 16 MiB if each
 /// number has an indented line of its own. A longer file is not read to its end.
 const MAX_BYTES: u64 = 32 << 20;
@@ -35,7 +38,8 @@ const LARGEST: f64 = 1e30;
 /// The content of a `.sh.json` file.
 ///
 /// ```text
-///   {"format":"lobe-sh","version":1,"order":2,"quantity":"radiance","coefficients":[
+///   {"format":"lobe-sh","version":1,"order":2,"quantity":"radiance",
+///   "convention":"real, orthonormal, Condon-Shortley phase, z up","coefficients":[
 ///   [3.5,3.5,3.5],
 ///   [0.0,0.0,0.0],
 ///   [1.0,0.5,0.25],
@@ -43,8 +47,8 @@ const LARGEST: f64 = 1e30;
 ///   ]}
 /// ```
 ///
-/// `n²` rows in index order, each of three numbers (a color) or each of one (a scalar). Fields that are not
-/// listed here are ignored, so that other tools may add notes.
+/// `n²` rows in index order, each of three numbers (a color) or each of one (a scalar). `convention` may
+/// be left out. Fields that are not listed here are ignored, so that other tools may add notes.
 ///
 /// ```
 /// use lobe_sh::ShVec;
@@ -174,8 +178,9 @@ fn text_of(file: &ShFile) -> Result<String, String> {
     }
     let quantity = file.quantity;
     let mut text = format!(
-        r#"{{"format":"{FORMAT}","version":{VERSION},"order":{order},"quantity":"{quantity}","coefficients":["#
+        r#"{{"format":"{FORMAT}","version":{VERSION},"order":{order},"quantity":"{quantity}","convention":"{CONVENTION}","#
     );
+    text.push_str(r#""coefficients":["#);
     match &file.coefficients {
         FileCoefficients::Scalar(f) => push_rows(&mut text, f.coefficients())?,
         FileCoefficients::Rgb(f) => push_rows(&mut text, f.coefficients())?,
@@ -212,6 +217,7 @@ struct Raw {
     version: Option<Value>,
     order: Option<Value>,
     quantity: Option<Value>,
+    convention: Option<Value>,
     coefficients: Option<Value>,
 }
 
@@ -255,6 +261,12 @@ fn parse(bytes: &[u8]) -> Result<ShFile, Fault> {
     }
     let raw: Raw = serde_json::from_slice(bytes).or_else(|e| invalid(json_message(bytes, &e)))?;
     check_head(&raw)?;
+    if raw.convention.as_ref().is_some_and(|said| said.as_str() != Some(CONVENTION)) {
+        let found = found(raw.convention.as_ref());
+        let message =
+            format!("\"convention\": expected {CONVENTION:?}, {found}; lobe sh convert --from NAME reads others");
+        return Err(Fault::Unsupported(message));
+    }
     let order = order_in(raw.order.as_ref())?;
     let quantity = raw.quantity.as_ref().and_then(Value::as_str).unwrap_or_default();
     let quantity =

@@ -22,7 +22,8 @@ pub(crate) fn expansion(header: &str) -> String {
 }
 
 const DOC: &str = "
-// Expansions in color of orders 2 to 6, as `lobe_sh::Expansion` has them: coefficient i is that of the basis function y_i.
+// Expansions in color of orders 2 to 6, as `lobe_sh::Expansion` has them: coefficient i is that of the basis function
+// y_i.
 ";
 
 /// A sum of products of coefficients, a line for each band; a band may have a factor, and be left out where it is 0.

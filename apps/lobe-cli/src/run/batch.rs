@@ -45,8 +45,8 @@ const NAME: &str = "{}";
 /// A word that no file is called, to find where a file stands among the words.
 const MARK: &str = "\u{1}";
 
-const HELP: &str = "\n\nSeveral files are done one after the other, with a folder as OUT (DIR/), or with {} in its name, \
-                    which stands for the name of each file";
+const HELP: &str = "\n\nSeveral files are done one after the other, with a folder as OUT (DIR/), or with {} in its \
+                    name, which stands for the name of each file";
 
 /// The command line with commands that take several files.
 pub(crate) fn with_several(command: Command) -> Command {

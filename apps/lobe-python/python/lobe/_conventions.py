@@ -39,7 +39,9 @@ Convention = Literal[
 EngineForm = Literal["three", "babylon", "playcanvas", "filament", "godot", "unity", "unreal", "cesium"]
 """The form in which an engine keeps nine colors of a light."""
 
-CONVENTIONS: dict[str, str] = {name: f"{description}; tried with {tried}" for name, description, tried in _lobe.conventions()}
+CONVENTIONS: dict[str, str] = {
+    name: f"{description}; tried with {tried}" for name, description, tried in _lobe.conventions()
+}
 """The conventions of `Sh.to_convention`: what each is, and the library and version that it was tried with."""
 
 
@@ -62,7 +64,8 @@ def decoded(array: npt.ArrayLike, name: str, color: bool | None) -> Doubles:
     before = given.shape[: given.ndim - axes]
     is_color = bool(before) and before[-1] == 3 if color is None else bool(color)
     if is_color and before[-1:] != (3,):
-        raise ValueError(f"array: expected an axis of three colors before the axes of {name}, found an array of shape {given.shape}")
+        found = f"found an array of shape {given.shape}"
+        raise ValueError(f"array: expected an axis of three colors before the axes of {name}, {found}")
     batch = before[:-1] if is_color else before
     rows: npt.NDArray[Any] = np.ascontiguousarray(given, dtype=np.complex128)
     values = _lobe.from_convention(rows.reshape((math.prod(batch), *given.shape[len(batch) :])), name, is_color)

@@ -50,8 +50,10 @@ def light(
 
 
 def import_coefficients(path: str | os.PathLike[str], form: EngineForm) -> Sh:
-    """The radiance of a light whose nine colors a file holds in the form of an engine, as `lobe import` reads them: text with 27 numbers, such as
-    cmgen's sh.txt; JSON with such a list, such as LightProbe.toJSON of three.js; a .ktx with the key sh; a .env of Babylon.js.
+    """The radiance of a light whose nine colors a file holds in the form of an engine, as `lobe import` reads them.
+
+    The file is text with 27 numbers, such as cmgen's sh.txt; JSON with such a list, such as LightProbe.toJSON of
+    three.js; a .ktx with the key sh; or a .env of Babylon.js.
 
         >>> import pathlib, tempfile
         >>> probe = pathlib.Path(tempfile.mkdtemp()) / "probe.json"

@@ -109,7 +109,8 @@ class Sh:
     def from_convention(cls, array: npt.ArrayLike, name: Convention, *, color: bool | None = None) -> Sh:
         """The functions of coefficients that another library keeps, float64: the inverse of `to_convention`.
 
-        `array` has the library's own shape, with axes of a batch before it. An axis of three right before it holds colors; `color=False` takes
+        `array` has the library's own shape, with axes of a batch before it. An axis of three right before it holds
+        colors; `color=False` takes
         it for a batch. Complex numbers that are not those of a real function are refused, with the l and m.
 
             >>> import numpy as np
@@ -470,8 +471,10 @@ class Sh:
         )
 
     def to_convention(self, name: Convention) -> Numbers:
-        """The coefficients as another library keeps them, float64 or complex128, in its own shape, as `lobe sh convert --to` writes them.
-        `lobe.CONVENTIONS` says what each is. The batch comes first, and colors are an axis of three before the library's.
+        """The coefficients as another library keeps them, float64 or complex128, in its own shape.
+
+        `lobe sh convert --to` writes the same numbers, and `lobe.CONVENTIONS` says what each name is. The batch comes
+        first, and colors are an axis of three before the library's.
 
             >>> sky = lobe.Sh([1.0, 0.2, 0.5, -0.1])
             >>> sky.to_convention("pyshtools").shape  # for pyshtools.SHCoeffs.from_array
@@ -484,12 +487,15 @@ class Sh:
     def encode(
         self, name: str | EngineForm, normal: npt.ArrayLike = (0.0, 0.0, 1.0), *, over_pi: bool = False, up: str = "z"
     ) -> Encoded:
-        """Irradiance in fewer numbers, in an encoding named as in the command, such as "zh3", "ahd", "ambient-cube" or "h-6"; `encodings` lists
-        them with their errors. "packed" are the seven vectors cAr .. cC of Sloan's shader, "matrix" the 4x4 matrices of Ramamoorthi and
-        Hanrahan, row after row, "r-h" their nine coefficients of radiance, which have no Condon-Shortley phase, all of three bands, "packed-5"
-        fourteen vectors cAr .. cG of five; for three channels, which a function of numbers has alike. "three", "babylon", "playcanvas", "filament",
-        "godot", "unity", "unreal" and "cesium" are nine colors as that engine keeps them, in its order and its frame; `lobe.import_coefficients`
-        reads them back.
+        """Irradiance in fewer numbers, in an encoding named as in the command, such as "zh3", "ahd" or "h-6".
+
+        `encodings` lists them with their errors. "packed" are the seven vectors cAr .. cC of Sloan's shader, "matrix"
+        the 4x4 matrices of Ramamoorthi and Hanrahan, row after row. "r-h" are their nine coefficients of radiance,
+        which have no Condon-Shortley phase. "packed-5" are fourteen vectors cAr .. cG, of five bands; the others take
+        three. A function of numbers has three channels alike.
+
+        "three", "babylon", "playcanvas", "filament", "godot", "unity", "unreal" and "cesium" are nine colors as that
+        engine keeps them, in its order and its frame; `lobe.import_coefficients` reads them back.
 
             >>> irradiance = lobe.light("ambient", 3).convolve("cosine")
             >>> irradiance.encode("godot").numbers["L00"].round(3)

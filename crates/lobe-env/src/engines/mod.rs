@@ -2,8 +2,9 @@
 //!
 //! Read [`engine`] first, a table with one row for each engine, then [`export`], which makes the files
 //! ([`exported_file`]) by [`export_options`]: pictures and cubes of one light ([`light_parts`]), numbers
-//! ([`coefficients`]), and a program that loads them ([`snippet`], with [`read_me`] beside it; `usd_lights` for a stage).
-//! [`import`] reads numbers of engines back. Uses `files`, `map`, `prefilter`, `projection`, `resample` and `sky`.
+//! ([`coefficients`]), and a program that loads them ([`snippet`], with [`read_me`] beside it; `usd_lights` for a
+//! stage). [`import`] reads numbers of engines back. Uses `files`, `map`, `prefilter`, `projection`, `resample` and
+//! `sky`.
 
 pub(crate) mod coefficients;
 pub(crate) mod engine;

@@ -1,8 +1,8 @@
 //! Programs that load the files of a light into an engine, with the numbers of that light.
 //!
 //! A template has its places for numbers in double braces: `coefficients`, with an ending of each number as in
-//! `coefficients:f`, `suns` as JSON in the engine's frame, `suns:rust` and `suns:csharp` as rows of numbers, `suns:usda` as
-//! lights of a stage.
+//! `coefficients:f`, `suns` as JSON in the engine's frame, `suns:rust` and `suns:csharp` as rows of numbers,
+//! `suns:usda` as lights of a stage.
 
 use lobe_sh::encoding::EngineFrame;
 use lobe_sh::{Rgb, ShL2};

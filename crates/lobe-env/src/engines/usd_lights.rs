@@ -6,8 +6,8 @@ use lobe_sh::rotation::tangent_frame;
 
 use crate::sky::sun_extraction::Sun;
 
-/// Distant lights, which shine along their own -z: the rows of a matrix are where it takes the axes. Light is normalized by
-/// the angle, so that intensity times color is irradiance.
+/// Distant lights, which shine along their own -z: the rows of a matrix are where it takes the axes. Light is
+/// normalized by the angle, so that intensity times color is irradiance.
 pub(crate) fn usd_lights(frame: EngineFrame, suns: &[Sun]) -> String {
     suns.iter().enumerate().map(|(k, sun)| usd_light(frame, &format!("Sun{}", k + 1), sun)).collect()
 }

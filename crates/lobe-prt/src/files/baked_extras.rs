@@ -10,8 +10,8 @@ use crate::error::PrtError;
 /// The member of `extras` that is Lobe's.
 const MEMBER: &str = "lobe";
 
-/// The version of the attributes that a bake writes into a glTF file and names in `asset.extras.lobe.version`. Baked files
-/// with another one are refused.
+/// The version of the attributes that a bake writes into a glTF file and names in `asset.extras.lobe.version`. Baked
+/// files with another one are refused.
 pub const LOBE_EXTRAS_VERSION: u64 = 1;
 
 /// Attributes that vertices with transfer have, either of them.
@@ -31,8 +31,8 @@ pub(crate) fn check_version(lobe: &Value, name: &str) -> Result<(), PrtError> {
     }
 }
 
-/// What the file says of its transfer: `asset.extras.lobe`, or where a program has dropped that, the same of the scene or of
-/// the first mesh that has it. Null of a file that is not baked.
+/// What the file says of its transfer: `asset.extras.lobe`, or where a program has dropped that, the same of the scene
+/// or of the first mesh that has it. Null of a file that is not baked.
 pub(crate) fn lobe_of(gltf: &GltfReader) -> &Value {
     gltf.extras(MEMBER).next().unwrap_or(&Value::Null)
 }
@@ -86,8 +86,8 @@ pub(crate) fn bases_of(gltf: &GltfReader) -> Result<Vec<f32>, PrtError> {
 /// Puts what is said of all transfer into the extras of the asset, and of the scene that the file shows, which alone
 /// has the bases.
 ///
-/// Blender keeps the extras of scenes and drops those of the asset; glTF-Transform keeps both, and drops buffer views that no
-/// accessor uses.
+/// Blender keeps the extras of scenes and drops those of the asset; glTF-Transform keeps both, and drops buffer views
+/// that no accessor uses.
 pub(crate) fn put_description(json: &mut Value, about: &Value, bases: Option<&[f32]>) {
     let mut whole = about.clone();
     if let Some(bases) = bases {

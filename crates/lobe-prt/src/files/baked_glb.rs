@@ -42,8 +42,8 @@ const OUR_ATTRIBUTES: [&str; 3] = ["_TRANSFER_", "_WEIGHTS_", "_CLUSTER"];
 ///
 /// Every primitive with triangles has these attributes for its vertices, in index order; c is 0, or 0 to 2 for red,
 /// green and blue. Both its mesh and `asset` say `version`, `quantity` ("transfer"), `order` and `channels` under
-/// `extras.lobe`, and `asset` and the scene the whole recipe. The transfer is in Lobe's z-up world frame, whatever node the vertex
-/// belongs to.
+/// `extras.lobe`, and `asset` and the scene the whole recipe. The transfer is in Lobe's z-up world frame, whatever node
+/// the vertex belongs to.
 ///
 /// [With backs](BakedGlb::with_backs), primitives of double-sided materials have `_TRANSFER_BACK_k` in the same layout,
 /// for the side from which corners run clockwise, and `extras.lobe` of their mesh and of `asset` says `"backs": true`.

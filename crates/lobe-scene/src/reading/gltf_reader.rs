@@ -107,8 +107,8 @@ impl GltfReader {
         posed::has_poses(&self.file.json)
     }
 
-    /// The members of this name in the `extras` of the file: of its asset, of the scene that it shows, and of its meshes
-    /// in their order. Programs that write the file anew keep some of these places, and drop others.
+    /// The members of this name in the `extras` of the file: of its asset, of the scene that it shows, and of its
+    /// meshes in their order. Programs that write the file anew keep some of these places, and drop others.
     pub fn extras(&self, name: &str) -> impl Iterator<Item = &Value> {
         let json = &self.file.json;
         let scene = &json["scenes"][self.file.root.scene.unwrap_or(0)];

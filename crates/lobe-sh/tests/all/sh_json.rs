@@ -31,6 +31,7 @@ fn with(field: &str, value: &str) -> String {
         ("version", "1"),
         ("order", "1"),
         ("quantity", "\"radiance\""),
+        ("convention", "\"real, orthonormal, Condon-Shortley phase, z up\""),
         ("coefficients", "[[1,2,3]]"),
     ];
     fields.iter_mut().find(|(name, _)| *name == field).unwrap().1 = value;
@@ -41,7 +42,8 @@ fn with(field: &str, value: &str) -> String {
 fn a_file_has_its_head_and_then_one_row_a_line() {
     let (first, last) = (Rgb::new(0.1, 1.0, 1e-7), Rgb::new(-0.5, 2e20, 3.0));
     let f = ShVec::from_vec(vec![first, Rgb::default(), Rgb::default(), last]).unwrap();
-    let expected = "{\"format\":\"lobe-sh\",\"version\":1,\"order\":2,\"quantity\":\"irradiance\",\"coefficients\":[\n\
+    let expected = "{\"format\":\"lobe-sh\",\"version\":1,\"order\":2,\"quantity\":\"irradiance\",\
+                    \"convention\":\"real, orthonormal, Condon-Shortley phase, z up\",\"coefficients\":[\n\
                     [0.1,1.0,1e-7],\n[0.0,0.0,0.0],\n[0.0,0.0,0.0],\n[-0.5,2e+20,3.0]\n]}\n";
     assert_eq!(written(&ShFile::new(Quantity::Irradiance, f)), expected, "text");
 }
@@ -106,6 +108,14 @@ fn heads_that_are_wrong_are_refused_with_what_was_expected_and_found() {
 }
 
 #[test]
+fn another_convention_is_refused_with_the_way_to_read_it() {
+    let message = refusal(with("convention", "\"ambix\"").as_bytes());
+    assert!(message.contains("found \"ambix\"; lobe sh convert --from NAME reads others"), "{message}");
+    let without = with("coefficients", "[[1,2,3]]").replace("\"convention\"", "\"note\"");
+    assert!(read_sh_json_bytes(without.as_bytes(), "in").is_ok(), "it may be left out");
+}
+
+#[test]
 fn rows_that_are_wrong_are_refused_with_their_place() {
     let order_2 = |rows: &str| with("coefficients", rows).replace("\"order\":1", "\"order\":2");
     for (text, message) in [
@@ -133,10 +143,10 @@ fn text_that_is_no_json_is_refused_with_line_and_column() {
         (" \n".to_owned(), "the file is cut off: EOF while parsing a value at line 2 column 0".to_owned()),
         ("hello".to_owned(), "expected a .sh.json file, which begins with {; this is something else".to_owned()),
         (format!("[{good}]"), "expected a .sh.json file, which begins with {; this is something else".to_owned()),
-        (format!("{good}]"), "not valid JSON: trailing characters at line 1 column 90".to_owned()),
+        (format!("{good}]"), "not valid JSON: trailing characters at line 1 column 152".to_owned()),
         (with("order", "1,\"order\":1"), "not an expansion: duplicate field `order` at line 1 column 49".to_owned()),
-        (with("coefficients", "[[1,NaN,3]]"), format!("not valid JSON: expected value at line 1 column 84{no_nan}")),
-        (with("coefficients", "[[1,1e999,3]]"), "not valid JSON: number out of range at line 1 column 88".to_owned()),
+        (with("coefficients", "[[1,NaN,3]]"), format!("not valid JSON: expected value at line 1 column 146{no_nan}")),
+        (with("coefficients", "[[1,1e999,3]]"), "not valid JSON: number out of range at line 1 column 150".to_owned()),
     ] {
         assert_eq!(refusal(text.as_bytes()), message, "{text}");
     }
@@ -180,7 +190,7 @@ fn an_endless_file_is_not_read_to_its_end() {
 
 #[test]
 fn messages_stay_short_whatever_the_file_says() {
-    for field in ["format", "version", "order", "quantity", "coefficients"] {
+    for field in ["format", "version", "order", "quantity", "convention", "coefficients"] {
         let message = refusal(with(field, &format!("\"{}\"", "long\\n".repeat(10_000))).as_bytes());
         assert!(message.len() < 200 && message.contains("found \"long"), "{field}: {message}");
     }

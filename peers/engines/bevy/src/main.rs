@@ -1,7 +1,7 @@
 //! A ball in bevy, seen from each direction, lit by what the exported program does.
 //!
-//! `bevy_balls plain|sun FOLDER OUT.json SURFACES`: FOLDER has the exports in `plain/bevy` and `sun/bevy`, whose programs
-//! are compiled into this one.
+//! `bevy_balls plain|sun FOLDER OUT.json SURFACES`: FOLDER has the exports in `plain/bevy` and `sun/bevy`, whose
+//! programs are compiled into this one.
 
 use std::fs;
 use std::time::Duration;

@@ -93,8 +93,8 @@ impl<'a> Accessors<'a> {
 
     /// Whether an attribute, or the values of an animation, may be whole numbers: fractions of their largest value, or with
     /// `KHR_mesh_quantization` positions, normals, tangents and texture coordinates as they are. Vertex weights and colors that are not
-    /// said to be fractions are taken as they are too: weights are divided by their sum, colors clamped. Transfer is within
-    /// -1 and 1 where a program has made fractions of it.
+    /// said to be fractions are taken as they are too: weights are divided by their sum, colors clamped. Transfer is
+    /// within -1 and 1 where a program has made fractions of it.
     fn may_be_whole(&self, what: &str, is_normalized: bool) -> bool {
         let is_one_of = |names: &[&str]| names.iter().any(|name| what.starts_with(name));
         let is_quantized = || self.file.root.extensions_used.iter().any(|name| name == "KHR_mesh_quantization");
