@@ -287,9 +287,12 @@ fn run_all(lines: &[One]) -> Result<(), Failure> {
             prepare(&cli.everywhere)?;
         }
         let talk = Talk { quiet: cli.everywhere.quiet };
-        talk.note(&one.file.display().to_string(), &format!("file {} of {}", done + 1, lines.len()));
-        if let Some(folder) = &one.folder {
-            fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        if lines.len() > 1 {
+            talk.note(&one.file.display().to_string(), &format!("file {} of {}", done + 1, lines.len()));
+        }
+        let folder = one.result.parent().unwrap_or(&one.result);
+        if let Err(error) = fs::create_dir_all(folder) {
+            return Err(anyhow::anyhow!("{}: the folder cannot be made: {error}", folder.display()).into());
         }
         if let Err(failure) = cli.command.run(talk) {
             failure.report();
@@ -298,6 +301,8 @@ fn run_all(lines: &[One]) -> Result<(), Failure> {
     }
     match failed {
         0 => Ok(()),
+        // Its line says all.
+        1 if lines.len() == 1 => Err(Failure::Told),
         _ => Err(anyhow::anyhow!("{failed} of {} files failed; their lines are above", lines.len()).into()),
     }
 }

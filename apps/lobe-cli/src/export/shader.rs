@@ -27,7 +27,7 @@ Examples:
   lobe export shader ahd_eval --lang spirv -o ahd.spv     a compute program for Vulkan
 
 Functions take coefficients as .sh.json has them, and the numbers of lobe sh encode. Vectors
-are unit vectors in Lobe's frame, +z up. The text has no entry point, binding or #version.
+are unit vectors in Lobe's frame, +z up; those of h_basis and hl2 in the frame of the surface. The text has no entry point, binding or #version.
 A .spv reads rows of numbers from storage buffer 0, all arguments of a call one after the
 other, and writes rows of results to storage buffer 1. Its entry point is main, and a
 workgroup has 64 rows.";
@@ -39,11 +39,11 @@ pub(crate) struct ExportShader {
     #[arg(value_name = "FUNCTION", value_parser = function(), requires = "lang", hide_possible_values = true)]
     functions: Vec<Functions>,
     /// The languages, with commas between them
-    #[arg(long, value_name = "LANG[,LANG..]", value_delimiter = ',', value_parser = language())]
+    #[arg(long, value_name = "LANG[,LANG..]", requires = "functions", value_delimiter = ',', value_parser = language())]
     lang: Vec<ShaderLanguage>,
     /// The file; a folder for several languages, or for SPIR-V of several functions, which are a file each [default:
     /// stdout]
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, value_name = "OUT", requires = "functions")]
     output: Option<PathBuf>,
 }
 
@@ -80,7 +80,7 @@ impl ExportShader {
             };
         };
         match &files[..] {
-            [(_, bytes)] if !path.is_dir() => write(path, bytes),
+            [(_, bytes)] if !is_folder(path) => write(path, bytes),
             _ if path.is_file() => {
                 bail!("-o: {} is a file, and there are {} to write; name a folder", path.display(), files.len())
             }
@@ -121,6 +121,10 @@ impl ExportShader {
 fn list() -> String {
     let width = ShaderFunction::ALL.iter().map(|function| function.name.len()).max().unwrap_or(0);
     ShaderFunction::ALL.iter().map(|function| format!("{:width$}  {}\n", function.name, function.summary)).collect()
+}
+
+fn is_folder(path: &Path) -> bool {
+    path.is_dir() || path.to_string_lossy().ends_with(std::path::is_separator)
 }
 
 fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {

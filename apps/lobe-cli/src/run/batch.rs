@@ -1,6 +1,6 @@
 //! Commands that write one file for each of several: a line of the command for each.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
@@ -68,8 +68,8 @@ fn changed(command: Command, names: &[&'static str]) -> Command {
 /// One of the files, and the words of its command.
 pub(crate) struct One {
     pub(crate) file: PathBuf,
-    /// The folder of its result, if that is to be made.
-    pub(crate) folder: Option<PathBuf>,
+    /// Its result; empty if that is printed.
+    pub(crate) result: PathBuf,
     pub(crate) words: Vec<OsString>,
 }
 
@@ -81,21 +81,29 @@ pub(crate) fn lines(command: &Command, matches: &ArgMatches, words: &[OsString])
     };
     let raw = |id| matches.get_raw(id).into_iter().flatten().map(OsStr::to_owned).collect::<Vec<OsString>>();
     let (files, output) = (raw(INPUT), raw(OUTPUT).pop().unwrap_or_default());
-    let is_folder = target != Target::Folder && (is_folder(&output) || has_name(&output));
-    if files.len() == 1 && !is_folder {
+    let is_folder = is_folder(&output) || has_name(&output);
+    // An export is a folder by itself, and `lobe export shader` has no file.
+    let is_batch = files.len() > 1 || files.len() == 1 && is_folder && target != Target::Folder;
+    if !is_batch || matches.subcommand().is_some() {
         return Ok(vec![]);
     }
-    if output.is_empty() {
-        bail!("-o: expected a folder for the results of {} files; write -o DIR/", files.len());
+    // Irradiance in given directions is printed.
+    let is_printed = matches!(matches.try_get_raw("dirs"), Ok(Some(_)));
+    let (count, name) = (files.len(), output.display());
+    if output.is_empty() && !is_printed {
+        bail!("-o: expected a folder for the results of {count} files; write -o DIR/");
     }
-    if !is_folder && target != Target::Folder {
-        let (count, output) = (files.len(), output.display());
-        bail!(
-            "-o: expected a folder for the results of {count} files, found {output}; write {output}/ or put {{}} in it"
-        );
+    if output == "-" {
+        bail!("-o: stdout takes the result of one file; write -o DIR/ for {count} files");
+    }
+    if !output.is_empty() && !is_folder && target != Target::Folder {
+        bail!("-o: expected a folder for the results of {count} files, found {name}; write -o DIR/, or put {{}} in it");
+    }
+    if raw("light").iter().any(|light| !has_name(light)) {
+        bail!("--light: expected a name of its own for each file; put {{}} in it");
     }
     let lines = Words { command, words, files: &files, output: &output, target }.lines()?;
-    expect_different(&lines)?;
+    expect_apart(&lines)?;
     Ok(lines)
 }
 
@@ -127,10 +135,8 @@ impl Words<'_> {
     fn lines(&self) -> anyhow::Result<Vec<One>> {
         let inputs = self.inputs();
         let output = self.output_place();
-        if let Some(word) = self.words.iter().position(|word| word == "--light")
-            && !self.words.get(word + 1).is_some_and(|word| has_name(word))
-        {
-            bail!("--light: expected a name of its own for each file; put {{}} in it");
+        if output.is_none() && !self.output.is_empty() && !has_name(self.output) {
+            bail!("-o: expected the folder after an option of its own; write -o {}", self.output.display());
         }
         Ok(self.files.iter().map(|file| self.line(file, &inputs, output)).collect())
     }
@@ -148,12 +154,16 @@ impl Words<'_> {
                 _ => words.push(word.clone()),
             }
         }
-        let folder = (!has_name(self.output)).then(|| self.output.into());
-        One { file: file.into(), folder, words }
+        let result = match self.output.to_str() {
+            _ if self.output.is_empty() => PathBuf::new(),
+            Some(output) if output.contains(NAME) => output.replace(NAME, &name.to_string_lossy()).into(),
+            _ => self.result(file, &name),
+        };
+        One { file: file.into(), result, words }
     }
 
-    /// The word that names the output, with the result of a file in its folder.
-    fn in_folder(&self, word: &OsStr, file: &OsStr, name: &OsStr) -> OsString {
+    /// The result of a file in the folder.
+    fn result(&self, file: &OsStr, name: &OsStr) -> PathBuf {
         let mut result = name.to_owned();
         let own = Path::new(file).extension().and_then(OsStr::to_str).map(str::to_lowercase);
         match self.target {
@@ -164,8 +174,12 @@ impl Words<'_> {
             }
             Target::Folder => {}
         }
-        // The word may begin with the option: --output=DIR.
-        let path = Path::new(self.output).join(result).into_os_string();
+        Path::new(self.output).join(result)
+    }
+
+    /// The word that names the output, which may begin with the option: --output=DIR.
+    fn in_folder(&self, word: &OsStr, file: &OsStr, name: &OsStr) -> OsString {
+        let path = self.result(file, name).into_os_string();
         let option = word.to_str().zip(self.output.to_str()).and_then(|(word, output)| word.strip_suffix(output));
         let mut replaced = OsString::from(option.unwrap_or_default());
         replaced.push(path);
@@ -218,13 +232,19 @@ fn name_of(file: &OsStr) -> OsString {
     folder.filter(|_| stem.to_string_lossy().contains('%')).unwrap_or(stem).to_owned()
 }
 
-/// Refuses files of one name in several folders, whose results would be one.
-fn expect_different(lines: &[One]) -> anyhow::Result<()> {
-    let mut names: BTreeMap<OsString, &Path> = BTreeMap::new();
-    for One { file, .. } in lines {
-        if let Some(other) = names.insert(name_of(file.as_os_str()), file) {
-            let (file, other) = (file.display(), other.display());
-            bail!("{file}: expected files of different names, found {other}, whose result would have the same name");
+/// Refuses results that would be one file, on systems that do not tell letters by their case too, and a result that would
+/// be written over one of the files.
+fn expect_apart(lines: &[One]) -> anyhow::Result<()> {
+    let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let files: BTreeSet<PathBuf> = lines.iter().map(|one| whole(&one.file)).collect();
+    let mut results: BTreeMap<String, &Path> = BTreeMap::new();
+    for One { file, result, .. } in lines.iter().filter(|one| !one.result.as_os_str().is_empty()) {
+        let (name, at) = (file.display(), result.display());
+        if let Some(other) = results.insert(result.to_string_lossy().to_lowercase(), file) {
+            bail!("{name}: expected results of different names, found {at}, which is that of {} too", other.display());
+        }
+        if files.contains(&whole(result)) {
+            bail!("{name}: its result {at} would be written over a file that is read; name another folder");
         }
     }
     Ok(())
@@ -241,11 +261,13 @@ mod tests {
             Arg::new(INPUT).required(true),
             Arg::new(OUTPUT).short('o').long("output"),
             Arg::new("light").long("light"),
+            Arg::new("quiet").short('q').action(clap::ArgAction::SetTrue),
         ];
         let of_env = ["adjust", "convert", "irradiance", "prefilter", "rotate", "show", "sun"];
         let verb = |name: &'static str| Command::new(name).args(options.clone());
         let env = Command::new("env").subcommands(of_env.map(verb));
-        let command = with_several(Command::new("lobe").subcommands([verb("project"), verb("export"), env]));
+        let export = verb("export").subcommand(Command::new("shader")).subcommand_negates_reqs(true);
+        let command = with_several(Command::new("lobe").subcommands([verb("project"), export, env]));
         let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
         let matches = command.clone().try_get_matches_from(&words).unwrap();
         let text = |one: One| one.words.iter().map(|word| word.to_string_lossy().into_owned()).collect();
@@ -283,6 +305,7 @@ mod tests {
         assert_eq!(read("lobe project a.hdr -o a.sh.json").unwrap().len(), 0);
         assert_eq!(read("lobe project a.hdr -o out/").unwrap().len(), 1, "a folder names the result by the file");
         assert_eq!(read("lobe export a.hdr -o out/").unwrap().len(), 0, "an export is a folder by itself");
+        assert_eq!(read("lobe export shader").unwrap().len(), 0, "a command below has no files");
     }
 
     #[test]
@@ -294,9 +317,17 @@ mod tests {
     #[test]
     fn results_that_would_be_one_are_refused() {
         for (line, part) in [
-            ("lobe project a/x.hdr b/x.hdr -o out/", "b/x.hdr: expected files of different names, found a/x.hdr"),
+            (
+                "lobe project a/x.hdr b/x.hdr -o out/",
+                "b/x.hdr: expected results of different names, found out/x.sh.json, which is that of a/x.hdr",
+            ),
             ("lobe project a.hdr b.hdr -o a.sh.json", "expected a folder for the results of 2 files, found a.sh.json"),
+            ("lobe project a/x.hdr b/X.exr -o out/", "expected results of different names"),
             ("lobe project a.hdr b.hdr", "write -o DIR/"),
+            ("lobe project a.hdr b.hdr -o -", "stdout takes the result of one file"),
+            ("lobe project a.hdr b.hdr -qo out/", "write -o out/"),
+            ("lobe env rotate k.hdr k_x.hdr -o {}_x.hdr", "k.hdr: its result k_x.hdr would be written over a file"),
+            ("lobe env sun a.hdr b.hdr -o d/ --light=sun.sh.json", "--light: expected a name of its own"),
             ("lobe env sun a.hdr b.hdr -o d/ --light sun.sh.json", "--light: expected a name of its own"),
         ] {
             let message = read(line).unwrap_err().to_string();

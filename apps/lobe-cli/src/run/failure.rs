@@ -41,6 +41,8 @@ impl std::error::Error for NotFound {}
 pub(crate) enum Failure {
     /// The compared pictures differ by more than the bound; the result states the difference.
     Different,
+    /// An error whose line is printed already.
+    Told,
     /// An error of ours, to be shown as one line.
     Error(anyhow::Error),
     /// A message of the parser of the command line: an error, or help that was asked for.
@@ -62,6 +64,7 @@ impl Failure {
     pub(crate) fn report(self) -> ExitCode {
         match self {
             Self::Different => ExitCode::from(DIFFERENT),
+            Self::Told => ExitCode::from(ERROR),
             Self::Usage { error, .. } if !error.use_stderr() => {
                 // A reader that has gone away has read enough.
                 match printed(&error) {

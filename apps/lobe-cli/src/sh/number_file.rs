@@ -1,11 +1,12 @@
 //! Coefficients of other libraries as files: `.npy`, JSON and text.
 
 use std::fmt::Write as _;
+use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
 use anyhow::{anyhow, bail};
-use lobe::io::{IoError, read_file};
+use lobe::io::IoError;
 use lobe::sh::convention::{ArrayNumbers, CoefficientArray, Harmonics, NamedConvention};
 use serde_json::Value;
 
@@ -54,7 +55,11 @@ pub(super) fn bytes_of(path: &Path, name: &str) -> anyhow::Result<Vec<u8>> {
         read.map_err(|source| IoError::Io { place: name.to_owned(), source })?;
         bytes
     } else {
-        read_file(path)?
+        let of_place = |source| IoError::Io { place: name.to_owned(), source };
+        let file = File::open(path).map_err(of_place)?;
+        let mut bytes = Vec::new();
+        file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(of_place)?;
+        bytes
     };
     if bytes.len() as u64 > MOST_BYTES {
         bail!("{name}: no coefficients of order 256 or less take more than {MOST_BYTES} bytes");
@@ -126,7 +131,10 @@ fn of_text(text: &str, convention: &NamedConvention) -> anyhow::Result<Coefficie
     let is_complex = convention.convention().harmonics == Harmonics::Complex;
     let mut parts = vec![Vec::new()];
     for (k, line) in text.lines().enumerate() {
-        let line = line.split('#').next().unwrap_or_default().trim();
+        let (line, is_comment) = (line.split('#').next().unwrap_or_default().trim(), line.contains('#'));
+        if line.is_empty() && is_comment {
+            continue;
+        }
         let numbers = parse_line(line, is_complex).map_err(|e| anyhow!("line {}: {e}", k + 1))?;
         match parts.last_mut() {
             Some(last) if !numbers.is_empty() => last.extend(numbers),
@@ -166,6 +174,9 @@ fn parse_line(line: &str, is_complex: bool) -> anyhow::Result<Vec<[f64; 2]>> {
     let words: Vec<&str> = line.split([' ', '\t', ',']).filter(|word| !word.is_empty()).collect();
     match words[..] {
         [re, im] if is_complex && !line.contains('j') => Ok(vec![[number(re)?, number(im)?]]),
+        [_, _, _, ..] if is_complex && !words.iter().all(|word| word.contains('j')) => {
+            bail!("expected one complex number, re im or re+imj, found {} numbers on a line", words.len())
+        }
         _ => words.into_iter().map(parse_complex).collect(),
     }
 }
@@ -173,7 +184,7 @@ fn parse_line(line: &str, is_complex: bool) -> anyhow::Result<Vec<[f64; 2]>> {
 /// `1.5`, or a complex number as Python prints it: `(1.5-2j)`, `1.5+-2j`, `2j`.
 fn parse_complex(word: &str) -> anyhow::Result<[f64; 2]> {
     let bare = word.trim_start_matches('(').trim_end_matches(')');
-    let Some(parts) = bare.strip_suffix(['j', 'i']) else { return Ok([number(bare)?, 0.0]) };
+    let Some(parts) = bare.strip_suffix('j') else { return Ok([number(bare)?, 0.0]) };
     let bytes = parts.as_bytes();
     let is_sign = |k: usize| matches!(bytes[k], b'+' | b'-');
     // The sign between the parts: neither the first one nor that of an exponent.

@@ -27,19 +27,19 @@ pub(crate) fn check_version(lobe: &Value, name: &str) -> Result<(), PrtError> {
             place: name.to_owned(),
             message: format!("baked by a newer Lobe: {expected}: update Lobe"),
         }),
-        _ => Err(PrtError::invalid(name, format!("asset.extras.lobe: {}", expected.replace("its", "Lobe's")))),
+        _ => Err(PrtError::invalid(name, format!("extras.lobe: {}", expected.replace("its", "Lobe's")))),
     }
 }
 
 /// What the file says of its transfer: `asset.extras.lobe`, or where a program has dropped that, the same of the scene
 /// or of the first mesh that has it. Null of a file that is not baked.
 pub(crate) fn lobe_of(gltf: &GltfReader) -> &Value {
-    gltf.extras(MEMBER).next().unwrap_or(&Value::Null)
+    gltf.extras(MEMBER).find(|lobe| lobe.is_object()).unwrap_or(&Value::Null)
 }
 
 /// A member that not every place has; null if none has it.
 pub(crate) fn said<'a>(gltf: &'a GltfReader, member: &str) -> &'a Value {
-    gltf.extras(MEMBER).find_map(|lobe| lobe.get(member)).unwrap_or(&Value::Null)
+    gltf.extras(MEMBER).find_map(|lobe| lobe.get(member).filter(|found| !found.is_null())).unwrap_or(&Value::Null)
 }
 
 /// Whether each mesh of a scene of an open file carries transfer.
@@ -69,6 +69,9 @@ pub(crate) fn bases_of(gltf: &GltfReader) -> Result<Vec<f32>, PrtError> {
             let bytes = BASE64_STANDARD.decode(text).map_err(|error| {
                 invalid(format!("expected the bases of compressed transfer in base64, found something else: {error}"))
             })?;
+            if bytes.len() % size_of::<f32>() != 0 {
+                return Err(invalid(format!("expected bases of whole floats, found {} bytes", bytes.len())));
+            }
             Ok(floats(&bytes))
         }
         Value::Null => Err(invalid(
@@ -122,7 +125,7 @@ pub(crate) fn remove_descriptions(json: &mut Value) {
     json.get_mut("asset").into_iter().for_each(remove_extras);
 }
 
-/// Takes `lobe` out of the extras of an object, and extras of nothing else with it.
+/// Takes `lobe` out of the extras of an object.
 fn remove_extras(object: &mut Value) {
     let Some(Value::Object(extras)) = object.get_mut("extras") else { return };
     extras.remove(MEMBER);

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
 
-use lobe_io::Job;
+use lobe_io::{IoError, Job};
 use lobe_scene::{GltfDocument, Mesh, MeshSource, Scene};
 use serde_json::{Map, Value, json};
 
@@ -18,6 +18,7 @@ use crate::files::baked_extras::{
 use crate::files::baked_layout::{
     Attribute, AttributeGroup, BACK, DIRECT, FRONT, PlainTransfer, VertexData, attribute_groups, attributes_per_channel,
 };
+use crate::files::baked_shape::BakedShape;
 use crate::files::glb_writer::{check_length, padding, write_glb};
 use crate::job::meter::Meter;
 use crate::recipe::Recipe;
@@ -57,6 +58,7 @@ pub struct BakedGlb {
     places: Vec<Place>,
     /// The channels of the direct part, if there is one.
     direct: Option<Channels>,
+    shape: BakedShape,
 }
 
 /// What a file holds beside the transfer of fronts.
@@ -142,7 +144,7 @@ impl BakedGlb {
             places.push(place);
         }
         let document = document.subdivided(&split)?.pruned();
-        Ok(Self { document, places, direct: None })
+        Ok(Self { document, places, direct: None, shape: BakedShape::of(scene) })
     }
 
     /// A scene that is in no glTF file: one that was made by a formula or read from another kind of file.
@@ -155,7 +157,7 @@ impl BakedGlb {
             has_backs: false,
         };
         let places = scene.meshes().iter().enumerate().map(place).collect();
-        Self { document: GltfDocument::of_scene(scene), places, direct: None }
+        Self { document: GltfDocument::of_scene(scene), places, direct: None, shape: BakedShape::of(scene) }
     }
 
     /// The same file with transfer of the backs of the [double-sided vertices](crate::double_sided_vertices) of its
@@ -235,7 +237,7 @@ impl BakedGlb {
         let mut written = vec![Written::new(VERTICES, &fronts)];
         written.extend(backs.as_ref().map(|backs| Written::new(BACKS, backs)));
         written.extend(direct.as_ref().map(|direct| Written::new("direct parts of vertices", direct)));
-        self.write_data(path.as_ref(), &written, recipe, job)
+        self.write_data(path.as_ref(), &written, (transfer, recipe), job)
     }
 
     /// [`BakedGlb::write`] for compressed transfer.
@@ -257,7 +259,8 @@ impl BakedGlb {
         recipe: &Recipe,
     ) -> Result<(), PrtError> {
         let compressed = Compressed(transfer);
-        self.write_data(path.as_ref(), &[Written::new(VERTICES, &compressed)], recipe, Job::default())
+        let written = [Written::new(VERTICES, &compressed)];
+        self.write_data(path.as_ref(), &written, (&transfer.to_transfer(), recipe), Job::default())
     }
 
     fn vertices(&self) -> usize {
@@ -269,7 +272,13 @@ impl BakedGlb {
         self.places.iter().filter(|place| place.has_backs).map(|place| place.vertices).sum()
     }
 
-    fn write_data(&self, path: &Path, written: &[Written<'_>], recipe: &Recipe, job: Job<'_>) -> Result<(), PrtError> {
+    fn write_data(
+        &self,
+        path: &Path,
+        written: &[Written<'_>],
+        (transfer, recipe): (&dyn TransferRows, &Recipe),
+        job: Job<'_>,
+    ) -> Result<(), PrtError> {
         for Written { what, data, is_back, .. } in written {
             let (expected, found) = (if *is_back { self.backs() } else { self.vertices() }, data.vertices());
             if expected != found {
@@ -277,7 +286,9 @@ impl BakedGlb {
                 return Err(PrtError::Options(message));
             }
         }
-        let (json, length) = self.laid_out(written, recipe);
+        let place = || path.display().to_string();
+        let shape = self.shape.described(transfer).map_err(|source| IoError::Io { place: place(), source })?;
+        let (json, length) = self.laid_out(written, shape, recipe);
         let steps = written.iter().map(|sides| sides.groups.len() * sides.data.vertices()).sum();
         write_glb(path, (&json, &self.document.bytes, length), (steps, job), |out, meter| {
             self.write_vertices(out, written, meter)
@@ -285,7 +296,7 @@ impl BakedGlb {
     }
 
     /// The JSON with views, accessors, attributes and extras of the data, and the length of the buffer.
-    fn laid_out(&self, written: &[Written<'_>], recipe: &Recipe) -> (Value, usize) {
+    fn laid_out(&self, written: &[Written<'_>], shape: Value, recipe: &Recipe) -> (Value, usize) {
         let mut json = self.document.json.clone();
         let mut length = self.document.bytes.len() + padding(self.document.bytes.len());
         let mut about = written[0].data.about();
@@ -316,6 +327,7 @@ impl BakedGlb {
         // Say what made the transfer, and how it is read.
         about["generator"] = json!(concat!("Lobe ", env!("CARGO_PKG_VERSION")));
         about["recipe"] = recipe.clone().into();
+        about["shape"] = shape;
         put_description(&mut json, &about, written[0].data.bases());
         // Give the one buffer its length.
         let first = json["buffers"].get(0).cloned();

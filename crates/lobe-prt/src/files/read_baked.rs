@@ -11,6 +11,7 @@ use crate::files::baked_backs::{BakedBacks, read_backs, read_rows};
 use crate::files::baked_compressed::read_compressed;
 use crate::files::baked_extras::{check_version, expect_described, is_on_all, lobe_of, said};
 use crate::files::baked_layout::{DIRECT, FRONT};
+use crate::files::baked_shape::BakedShape;
 use crate::files::lightmap_glb::{lightmap_in, read_lightmap_of_glb};
 use crate::receivers::lightmap::Lightmap;
 use crate::recipe::Recipe;
@@ -140,6 +141,12 @@ impl Baked {
             return Ok(Self { scene, transfer, backs: None, direct: None, lightmap, compressed: None, recipe, report });
         }
         let BakedTransfer { transfer, backs, direct, compressed, recipe } = BakedTransfer::of(gltf, &scene)?;
+        if let Ok(Some(what)) = BakedShape::of(&scene).differs(said(gltf, "shape"), &transfer) {
+            report.notes.push(format!(
+                "the scene does not stand as it was baked, {what}; its shadows and reflections are those of the bake: \
+                 bake again"
+            ));
+        }
         Ok(Self { scene, transfer, backs, direct, lightmap: None, compressed, recipe, report })
     }
 }
@@ -199,7 +206,11 @@ impl BakedOrScene {
 fn about(gltf: &GltfReader) -> Result<((usize, Channels), Recipe), PrtError> {
     let (lobe, name) = (lobe_of(gltf), gltf.name());
     let format = check_extras(lobe, name)?;
-    Ok((format, Recipe::from(said(gltf, "recipe").clone()).understood(name)?))
+    let recipe = said(gltf, "recipe");
+    if !(recipe.is_object() || recipe.is_null()) {
+        return Err(PrtError::invalid(name, format!("expected a recipe in extras.lobe, found {recipe}")));
+    }
+    Ok((format, Recipe::from(recipe.clone()).understood(name)?))
 }
 
 /// Order and channels that `asset.extras.lobe` states.
@@ -209,7 +220,7 @@ fn check_extras(lobe: &Value, name: &str) -> Result<(usize, Channels), PrtError>
     }
     check_version(lobe, name)?;
     let invalid = |what: &str, found: &Value| {
-        Err(PrtError::invalid(name, format!("expected {what} in asset.extras.lobe, found {found}")))
+        Err(PrtError::invalid(name, format!("expected {what} in extras.lobe, found {found}")))
     };
     if lobe["quantity"] != "transfer" {
         return invalid("the quantity \"transfer\"", &lobe["quantity"]);
@@ -226,7 +237,7 @@ fn check_channels(found: &Value, name: &str) -> Result<Channels, PrtError> {
         Some(1) => Ok(Channels::Gray),
         Some(3) => Ok(Channels::Rgb),
         _ => {
-            let message = format!("expected 1 or 3 channels in asset.extras.lobe, found {found}");
+            let message = format!("expected 1 or 3 channels in extras.lobe, found {found}");
             Err(PrtError::invalid(name, message))
         }
     }

@@ -172,3 +172,47 @@ fn clusters_that_became_colors_are_refused() {
     let message = refusal(&example.written(&json, &bytes));
     assert!(message.contains("has clusters as colors") && message.contains("--weights 32"), "{message}");
 }
+
+#[test]
+fn an_object_that_was_moved_or_turned_after_the_bake_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = built_in::ball_over_ground(16);
+    let cosines = |normal: &[f32; 3]| [0.9, -0.5 * normal[1], 0.5 * normal[2], -0.5 * normal[0]];
+    let numbers = scene.meshes().iter().flat_map(|mesh| mesh.normals()).flat_map(cosines).collect();
+    let transfer = Transfer::new(2, Channels::Gray, numbers).unwrap();
+    let path = folder.path().join("baked.glb");
+    BakedGlb::of_scene(&scene).write(&path, &transfer, &Recipe::default(), Job::default()).unwrap();
+    let (json, bytes) = parts_of(&path);
+    let notes = |change: &dyn Fn(&mut Value)| {
+        let mut changed = json.clone();
+        change(&mut changed);
+        let path = write_gltf(&folder, "changed", &changed, &bytes);
+        read_baked(path, &SceneReadOptions::default()).unwrap().report.notes
+    };
+    assert_eq!(notes(&|_| ()), Vec::<String>::new(), "as it was");
+    let ball = scene.meshes().iter().position(|mesh| mesh.name() == "ball").unwrap();
+    let node = json["nodes"].as_array().unwrap().iter().position(|node| node["mesh"] == ball).unwrap();
+    let center = center_of(&scene, ball);
+    for (what, turned, expected) in [
+        ("moved", json!({"translation": [0.0, 3.0, 0.0]}), "its bounds are others"),
+        // Half a turn about an axis through the center: x and z of glTF change their signs.
+        (
+            "turned",
+            json!({"rotation": [1.0, 0.0, 0.0, 0.0], "translation": [0.0, 2.0 * center[2], -2.0 * center[1]]}),
+            "its transfer does not go with its normals",
+        ),
+    ] {
+        let found = notes(&|json| {
+            for (name, value) in turned.as_object().unwrap() {
+                json["nodes"][node][name] = value.clone();
+            }
+        });
+        assert!(found.iter().any(|note| note.contains(expected)), "{what}: {found:?}");
+    }
+}
+
+/// The middle of the bounds of a mesh.
+fn center_of(scene: &Scene, mesh: usize) -> [f32; 3] {
+    let of = |k: usize| scene.meshes()[mesh].positions().iter().map(move |at| at[k]);
+    std::array::from_fn(|k| 0.5 * (of(k).fold(f32::MIN, f32::max) + of(k).fold(f32::MAX, f32::min)))
+}

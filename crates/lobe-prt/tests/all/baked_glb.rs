@@ -419,11 +419,11 @@ fn transfer_that_is_missing_of_another_type_or_newer_is_refused() {
     }
     for (member, value, expected) in [
         ("version", json!(2), "baked by a newer Lobe: expected version 1 of its attributes, found 2: update Lobe"),
-        ("version", json!(0), "asset.extras.lobe: expected version 1 of Lobe's attributes, found 0"),
-        ("version", json!("1"), "asset.extras.lobe: expected version 1 of Lobe's attributes, found \"1\""),
-        ("order", json!(9), "expected an order of 1 to 8 in asset.extras.lobe, found 9"),
-        ("channels", json!(2), "expected 1 or 3 channels in asset.extras.lobe, found 2"),
-        ("quantity", json!("x"), "expected the quantity \"transfer\" in asset.extras.lobe, found \"x\""),
+        ("version", json!(0), "extras.lobe: expected version 1 of Lobe's attributes, found 0"),
+        ("version", json!("1"), "extras.lobe: expected version 1 of Lobe's attributes, found \"1\""),
+        ("order", json!(9), "expected an order of 1 to 8 in extras.lobe, found 9"),
+        ("channels", json!(2), "expected 1 or 3 channels in extras.lobe, found 2"),
+        ("quantity", json!("x"), "expected the quantity \"transfer\" in extras.lobe, found \"x\""),
     ] {
         assert_eq!(refusal_of_extras(member, value), expected, "{member}");
     }

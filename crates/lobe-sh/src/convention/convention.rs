@@ -18,10 +18,10 @@ use crate::scalar::Coefficient;
 /// ```text
 ///   Real        c_lm = p S_lm / q
 ///   Complex     c_lm = p (S_lm - i S_l-m) / (√2 q), m > 0        c_l0 = S_l0 / q        c_l-m = (-1)^m conj(c_lm)
-///   Projection  q stands above instead: c = ∫ f Y ds, where c of an expansion has f = Σ c Y
+///   Projection  q stands above instead: c = ∫ f conj(Y) ds, where c of an expansion has f = Σ c Y
 /// ```
 ///
-/// Each number is one product with a constant, so that there and back change no coefficient by more than 4 units of
+/// Complex numbers are those of [`complex_from_real`](crate::basis::complex_from_real). There and back change no coefficient by more than 4 units of
 /// its last place (test `there_and_back_changes_the_last_digits_alone`). Axes of e3nn take a matrix for each band,
 /// and leave 1e-14 of the largest coefficient of a band at order 20.
 ///
@@ -72,7 +72,7 @@ pub enum Harmonics {
 pub enum Meaning {
     /// `f = Σ c Y`: what the library's functions are multiplied by.
     Expansion,
-    /// `c = ∫ f Y ds`: signals of Ambisonics, where a source of strength 1 towards `s` has the numbers `Y(s)`.
+    /// `c = ∫ f conj(Y) ds`: signals of Ambisonics, where a source of strength 1 towards `s` has the numbers `Y(s)`.
     Projection,
 }
 
@@ -173,6 +173,9 @@ impl Convention {
         let most = self.max_order();
         if (1..=most).contains(&order) {
             return Ok(());
+        }
+        if order == 0 {
+            return Err(format!("expected order 1 to {most}, found order 0"));
         }
         let why = match (self.layout, self.normalization) {
             (CoefficientLayout::FuMa, _) | (_, BasisNormalization::MaxN) => "FuMa has letters for no more",

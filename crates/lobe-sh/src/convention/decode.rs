@@ -8,8 +8,8 @@ use crate::expansion::ShVec;
 use crate::prelude::*;
 use crate::scalar::Coefficient;
 
-/// How far numbers may be from those of a real function, as a part of the largest: what sums in `f32` leave. A wrong
-/// sign or place of a number is farther.
+/// How far numbers may be from those of a real function, as a part of the largest: what sums in `f32` leave.
+/// Numbers that are smaller than this part of the largest may have a wrong sign.
 const MOST_IMAGINARY: f64 = 1e-5;
 
 impl Convention {
@@ -32,7 +32,8 @@ impl Convention {
     fn decoded<T: Coefficient<Scalar = f64>>(&self, array: &CoefficientArray) -> Result<ShVec<T>, String> {
         let (channels, order) = self.of_shape(&array.shape)?;
         if channels != T::CHANNELS {
-            return Err(format!("expected {} channels, found {channels}", T::CHANNELS));
+            let expected = if T::CHANNELS == 1 { "one channel" } else { "three channels" };
+            return Err(format!("expected {expected}, found {channels}"));
         }
         let count: usize = self.layout.shape(order).iter().product();
         if array.numbers.len() != count * channels {
@@ -174,7 +175,7 @@ mod tests {
             ("pyshtools", &[2, 3, 4], real(24), "expected an array of shape (2, n, n)"),
             ("pyshtools", &[2, 2, 2], real(8), "number 1 of shape (2, n, n) belongs to no l and m, expected 0"),
             ("pyshtools", &[4, 2, 2, 2], real(32), "three of them along a first axis; found [4, 2, 2, 2]"),
-            ("pyshtools", &[3, 2, 1, 1], real(6), "expected 1 channels, found 3"),
+            ("pyshtools", &[3, 2, 1, 1], real(6), "expected one channel, found 3"),
             ("fuma", &[25], real(25), "expected order 1 to 4 (degree 0 to 3), found order 5; FuMa has letters"),
             ("pyshtools-unnormalized", &[2, 87, 87], real(2 * 87 * 87), "expected order 1 to 86 (degree 0 to 85)"),
             ("ambix", &[4], ArrayNumbers::Real(vec![0.0, 1.0, f64::NAN, 0.0]), "number 2 of 4 is not finite"),
