@@ -93,6 +93,14 @@ impl ExportLight {
             engines.iter().any(|engine| !engine.facts().traces_paths && engine.facts().most_suns != Some(0));
         if takes_suns && !report.suns.is_empty() && self.suns.choice().looks() {
             note_apart(&report.suns, map.mean().luminance(), &name, talk);
+            let paths = engines.iter().filter(|engine| engine.facts().traces_paths).map(|engine| engine.name());
+            let paths: Vec<&str> = paths.collect();
+            if !paths.is_empty() {
+                talk.note(
+                    &name,
+                    &format!("{} trace paths, and keep suns of the map in their picture", paths.join(", ")),
+                );
+            }
         }
         Ok(())
     }

@@ -46,7 +46,7 @@ const NAME: &str = "{}";
 const MARK: &str = "\u{1}";
 
 const HELP: &str = "\n\nSeveral files are done one after the other, with a folder as OUT (DIR/), or with {} in its \
-                    name, which stands for the name of each file";
+                    name, which stands for the name of each file: maps/{}.exr";
 
 /// The command line with commands that take several files.
 pub(crate) fn with_several(command: Command) -> Command {

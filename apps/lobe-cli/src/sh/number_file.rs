@@ -153,7 +153,11 @@ fn of_text(text: &str, convention: &NamedConvention) -> anyhow::Result<Coefficie
     let numbers = parts.concat();
     let Some(order) = order else {
         let of_one: Vec<usize> = (1..=4).map(|n| layout.shape(n).iter().product()).collect();
-        bail!("{} numbers are of no order: {convention} has {of_one:?}, .. for order 1, 2, 3, 4", numbers.len());
+        let count = numbers.len();
+        bail!(
+            "{count} numbers are of no order: {convention} has {of_one:?}, .. for order 1, 2, 3, 4; colors are three \
+             blocks with blank lines between them"
+        );
     };
     let mut shape = layout.shape(order);
     if channels > 1 {

@@ -197,8 +197,9 @@ impl Engine {
                 title: "OpenUSD",
                 tried: Tried::Run("Blender 5.0.1's importer"),
                 panorama_turn: 1,
-                units: "a texel is radiance, the intensity of a sun its irradiance, normalized by its angle, both in \
-                        the units of the map",
+                units: "a texel is radiance, the intensity of a sun its irradiance, normalized by its angle; Blender \
+                        5.0 doubles that angle, and so makes a sun four times as strong: divide its strength by four \
+                        there",
                 ..usual
             },
             _ => return None,

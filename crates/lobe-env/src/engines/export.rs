@@ -268,7 +268,7 @@ fn file_of(
         }
         Item::Program(name, template) => {
             let text = snippet::filled(engine, template, parts.light(), parts.suns(traces_paths));
-            ExportedFile::text(name, "program that loads all this", text)
+            ExportedFile::text(name, "loads all this", text)
         }
     })
 }

@@ -28,12 +28,14 @@ fn every_shader_function_has_the_numbers_of_the_library() {
         assert_eq!(given.len(), rows.len() * function.argument_numbers(), "arguments of {}", function.name);
         let found = ran(&device, &queue, &function.compute_program(), &given, rows.len() * function.result_numbers());
         for (k, row) in rows.iter().enumerate() {
-            compare(function.name, k, row, &found[k * function.result_numbers()..]);
+            let count = function.result_numbers();
+            compare(function.name, k, row, &found[k * count..][..count]);
         }
     }
 }
 
 fn compare(name: &str, k: usize, row: &Row, found: &[f32]) {
+    assert_eq!(row.expected.len(), found.len(), "{name}, row {k}: numbers of a result");
     let scale = row.expected.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
     for (i, (expected, found)) in row.expected.iter().zip(found).enumerate() {
         let off = (expected - f64::from(*found)).abs() / scale;

@@ -17,7 +17,7 @@ options! {
         components: Option<usize> = None,
             OptionKind::Whole { least: 0, most: CompressOptions::MAX_COMPONENTS as u64, what: "a number of components" },
             "N", "8";
-        /// Compress, with this many bits for each weight: 8 or 16 in steps of its range, or 32
+        /// Compress, with this many bits for each weight: 8 or 16 in steps of its range, or 32, which programs that keep floats alone do not spoil (Blender)
         weights: Option<usize> = None, OptionKind::OneOf(&[8, 16, 32]), "BITS", "16";
     }
 }

@@ -160,7 +160,9 @@ impl Convention {
         };
         let order = self.layout.order_of_shape(own).ok_or_else(|| {
             let words = self.layout.shape_in_words();
-            format!("expected an array of shape {words}, or three of them along a first axis; found {shape:?}")
+            let has_last = own.len() > 1 && own.last() == Some(&3);
+            let moved = if has_last { "; move colors from the last axis to the first" } else { "" };
+            format!("expected an array of shape {words}, or three of them along a first axis; found {shape:?}{moved}")
         })?;
         self.check(order)?;
         Ok((channels, order))
