@@ -71,7 +71,8 @@ class BakeFields:
     components: int | None = None
     """Compress to this many components in each cluster; 0 gives vector quantization; 0 to 192; None: 8."""
     weights: int | None = None
-    """Compress, with this many bits for each weight: 8 or 16 in steps of its range, or 32; None: 16."""
+    """Compress, with this many bits for each weight: 8 or 16 in steps of its range, or 32, which programs that keep
+    floats alone do not spoil (Blender); None: 16."""
 
 
 @dataclass(frozen=True)
