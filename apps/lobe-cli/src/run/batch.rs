@@ -261,6 +261,7 @@ mod tests {
             Arg::new(INPUT).required(true),
             Arg::new(OUTPUT).short('o').long("output"),
             Arg::new("light").long("light"),
+            Arg::new("suns").long("suns"),
             Arg::new("quiet").short('q').action(clap::ArgAction::SetTrue),
         ];
         let of_env = ["adjust", "convert", "irradiance", "prefilter", "rotate", "show", "sun"];
@@ -310,8 +311,9 @@ mod tests {
 
     #[test]
     fn a_word_that_is_an_option_too_stays_where_it_is() {
-        let found = read("lobe env sun --light {}a.hdr a.hdr b.hdr -o d/").unwrap();
-        assert_eq!(found[1].join(" "), "lobe env sun --light ba.hdr b.hdr -o d/b.hdr");
+        let found = read("lobe export --suns a.hdr a.hdr b.hdr -o d").unwrap();
+        assert_eq!(found[0].join(" "), "lobe export --suns a.hdr a.hdr -o d/a");
+        assert_eq!(found[1].join(" "), "lobe export --suns a.hdr b.hdr -o d/b");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! How a scene stands when it is baked, so that a file whose objects were moved afterwards is noticed.
+//! Bounds, area and turn of a scene at its bake, by which objects that were moved afterwards are noticed.
 
 use std::io;
 
