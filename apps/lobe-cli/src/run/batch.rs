@@ -79,7 +79,10 @@ pub(crate) fn lines(command: &Command, matches: &ArgMatches, words: &[OsString])
     else {
         return Ok(vec![]);
     };
-    let raw = |id| matches.get_raw(id).into_iter().flatten().map(OsStr::to_owned).collect::<Vec<OsString>>();
+    let raw = |id| -> Vec<OsString> {
+        let found = matches.try_get_raw(id).ok().flatten();
+        found.into_iter().flatten().map(OsStr::to_owned).collect()
+    };
     let (files, output) = (raw(INPUT), raw(OUTPUT).pop().unwrap_or_default());
     let is_folder = is_folder(&output) || has_name(&output);
     // An export is a folder by itself, and `lobe export shader` has no file.
@@ -88,7 +91,7 @@ pub(crate) fn lines(command: &Command, matches: &ArgMatches, words: &[OsString])
         return Ok(vec![]);
     }
     // Irradiance in given directions is printed.
-    let is_printed = matches!(matches.try_get_raw("dirs"), Ok(Some(_)));
+    let is_printed = !raw("dirs").is_empty();
     let (count, name) = (files.len(), output.display());
     if output.is_empty() && !is_printed {
         bail!("-o: expected a folder for the results of {count} files; write -o DIR/");
@@ -265,7 +268,11 @@ mod tests {
             Arg::new("quiet").short('q').action(clap::ArgAction::SetTrue),
         ];
         let of_env = ["adjust", "convert", "irradiance", "prefilter", "rotate", "show", "sun"];
-        let verb = |name: &'static str| Command::new(name).args(options.clone());
+        // Commands without --light are those that have no such argument.
+        let verb = |name: &'static str| {
+            let own = options.iter().filter(|arg| name == "sun" || arg.get_id() != "light");
+            Command::new(name).args(own.cloned())
+        };
         let env = Command::new("env").subcommands(of_env.map(verb));
         let export = verb("export").subcommand(Command::new("shader")).subcommand_negates_reqs(true);
         let command = with_several(Command::new("lobe").subcommands([verb("project"), export, env]));
