@@ -7,7 +7,7 @@ use lobe_sh::basis::coefficient_count;
 
 use crate::wgsl::number;
 
-/// Of which functions are written: from the lowest that has a direction to the highest that transfer usually has.
+/// The orders that are written: from the lowest that has a direction to the highest that transfer usually has.
 const ORDERS: std::ops::RangeInclusive<usize> = 2..=6;
 
 /// The module `expansion`: values, irradiance, bands with factors, products with transfer.

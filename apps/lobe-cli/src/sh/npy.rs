@@ -30,7 +30,7 @@ impl Item {
         (if self.is_double { 8 } else { 4 }) << (self.is_complex as usize)
     }
 
-    /// Of the text of `descr`.
+    /// The type that the text of `descr` says.
     fn of(descr: &str) -> anyhow::Result<Self> {
         let Some(text) = descr.strip_prefix('\'').and_then(|rest| rest.split('\'').next()) else {
             bail!("records with fields are not read; save one field, of numbers");

@@ -247,8 +247,8 @@ impl BakedGlb {
     ///   _WEIGHTS_j: w_4j .. w_4j+3,  VEC4, f32 or normalized u16 or u8, zeros at the end
     /// ```
     ///
-    /// Means and directions, floats in base64, are the member `bases` of `extras.lobe` of the scene: those of cluster k
-    /// begin at `k (1 + components) · channels · n²`, the mean first. Weights are floats where Blender is to keep them.
+    /// Means and directions, floats in base64, are the member `bases` of `extras.lobe` of the scene. Those of cluster k
+    /// begin at `k (1 + components) · channels · n²`, the mean first. Blender keeps weights that are floats.
     ///
     /// # Errors
     /// As [`BakedGlb::write`].

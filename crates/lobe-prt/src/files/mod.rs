@@ -2,10 +2,11 @@
 //!
 //! Read `transfer_file` first, the simplest, on `tensor_file`, which all safetensors share; then `matrix_file`,
 //! `compressed_file` and `lightmap_file`. `any_transfer` reads whichever it is, and `open_scene` a scene with or without;
-//! `memory` refuses what is too large. `baked_glb` writes scenes whose
-//! vertices carry transfer, laid out as `baked_layout` and `baked_compressed` say and described in `baked_extras` and `baked_shape`, and
-//! `read_baked` reads them, their backs by `baked_backs`, and those with a lightmap, which `lightmap_glb` writes, with
-//! `new_vertices` where a file was unwrapped; `glb_writer` is the container of both. Uses `bake`, `compression`, `job`,
+//! `memory` refuses what is too large.
+//!
+//! `baked_glb` writes scenes whose vertices carry transfer, laid out as `baked_layout` and `baked_compressed` say.
+//! `baked_extras` and `baked_shape` describe it. `read_baked` reads them, their backs by `baked_backs`. `lightmap_glb`
+//! writes those with a lightmap, with `new_vertices` where a file was unwrapped. `glb_writer` is the container. Uses `bake`, `compression`, `job`,
 //! `receivers`, `recipe`, `transfer` and `zonal`.
 
 pub(crate) mod any_transfer;

@@ -16,9 +16,9 @@ pub struct CoefficientArray {
 /// The numbers of a [`CoefficientArray`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum ArrayNumbers {
-    /// Of a real basis.
+    /// Numbers of a real basis.
     Real(Vec<f64>),
-    /// Of a complex basis: real and imaginary part.
+    /// Numbers of a complex basis: real and imaginary part.
     Complex(Vec<[f64; 2]>),
 }
 

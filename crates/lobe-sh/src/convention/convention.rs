@@ -117,8 +117,8 @@ impl Convention {
     /// have a leading axis of three.
     ///
     /// # Errors
-    /// If the order is 0 or above [`max_order`](Self::max_order), a coefficient is not finite, or real functions shall
-    /// have a layout of `m >= 0` alone.
+    /// If the order is 0 or above [`max_order`](Self::max_order), or a coefficient is not finite. If real functions
+    /// shall have a layout of `m >= 0` alone.
     pub fn encode<T: Coefficient>(&self, f: &impl Expansion<T>) -> Result<CoefficientArray, ShError> {
         let order = f.order();
         self.check(order).map_err(ShError::Options)?;

@@ -34,8 +34,8 @@ pub enum BasisNormalization {
     MaxN,
 }
 
-/// The most bands of unnormalized functions: `√(170!) = 8.5e153` is a factor of band 85, and its square is the last
-/// factorial in `f64`, so that numbers down to 1e-154 keep all their digits.
+/// The most bands of unnormalized functions. `√(170!) = 8.5e153` is a factor of band 85, and its square is the last
+/// factorial in `f64`. Numbers down to 1e-154 keep all their digits.
 const MOST_UNNORMALIZED: usize = 86;
 
 /// The bands that `FuMa` has letters for.
