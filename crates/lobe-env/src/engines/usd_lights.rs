@@ -29,8 +29,9 @@ fn usd_light(frame: EngineFrame, name: &str, sun: &Sun) -> String {
     .concat()
 }
 
+/// Numbers to the seven digits that `f32` has after the point; rounding leaves no -0.
 fn numbers(values: [f64; 3]) -> String {
-    values.map(|c| (c as f32).to_string()).join(", ")
+    values.map(|c| ((c * 1e7).round() / 1e7 + 0.0).to_string()).join(", ")
 }
 
 #[cfg(test)]
