@@ -1,4 +1,4 @@
-//! Suns as lights of a stage of OpenUSD.
+//! Suns as lights of a stage of `OpenUSD`.
 
 use lobe_sh::Dir;
 use lobe_sh::encoding::EngineFrame;
