@@ -179,7 +179,7 @@ fn threads(text: &str) -> Result<usize, String> {
 /// What the command line asks for.
 pub(crate) enum Asked {
     /// One command.
-    Command(Cli),
+    Command(Box<Cli>),
     /// A command for each of several files.
     Batch(Vec<One>),
 }
@@ -191,7 +191,7 @@ pub(crate) fn parse() -> Result<Asked, Failure> {
     let usage = |error| Failure::Usage { error: Box::new(error), command: command_meant(args.iter().cloned()) };
     let matches = several.clone().try_get_matches_from(&args).map_err(usage)?;
     let lines = lines(&several, &matches, &args)?;
-    if lines.is_empty() { parse_one(&args).map(Asked::Command) } else { Ok(Asked::Batch(lines)) }
+    if lines.is_empty() { parse_one(&args).map(|cli| Asked::Command(Box::new(cli))) } else { Ok(Asked::Batch(lines)) }
 }
 
 /// Reads a line with one file.
@@ -325,59 +325,59 @@ fn prepare(everywhere: &Everywhere) -> Result<(), Failure> {
 impl Command {
     fn run(self, talk: Talk) -> Result<(), Failure> {
         match self {
-            Command::Demo(args) => args.run(talk)?,
-            Command::Project(args) => args.run(talk)?,
-            Command::Light(args) => args.run()?,
-            Command::Bake(args) => args.run(talk)?,
-            Command::Render(args) => args.run(talk)?,
-            Command::Compare(args) => {
+            Self::Demo(args) => args.run(talk)?,
+            Self::Project(args) => args.run(talk)?,
+            Self::Light(args) => args.run()?,
+            Self::Bake(args) => args.run(talk)?,
+            Self::Render(args) => args.run(talk)?,
+            Self::Compare(args) => {
                 if !args.run(talk)? {
                     return Err(Failure::Different);
                 }
             }
-            Command::Compress(args) => args.run(talk)?,
-            Command::FitLobes(args) => args.run(talk)?,
-            Command::Field(args) => args.run(talk)?,
-            Command::Lamp(args) => args.run(talk)?,
-            Command::Spheres(args) => args.run(talk)?,
-            Command::Sh(ShCommand::Info(args)) => args.run()?,
-            Command::Sh(ShCommand::Eval(args)) => args.run()?,
-            Command::Sh(ShCommand::Rotate(args)) => args.run()?,
-            Command::Sh(ShCommand::Add(args)) => args.run()?,
-            Command::Sh(ShCommand::Scale(args)) => args.run()?,
-            Command::Sh(ShCommand::Mirror(args)) => args.run()?,
-            Command::Sh(ShCommand::Product(args)) => args.run()?,
-            Command::Sh(ShCommand::Log(args)) => args.run()?,
-            Command::Sh(ShCommand::Exp(args)) => args.run(talk)?,
-            Command::Sh(ShCommand::Incident(args)) => args.run(talk)?,
-            Command::Sh(ShCommand::Convolve(args)) => args.run(talk)?,
-            Command::Sh(ShCommand::Window(args)) => args.run(talk)?,
-            Command::Sh(ShCommand::Dering(args)) => args.run(talk)?,
-            Command::Sh(ShCommand::Min(args)) => args.run(talk)?,
-            Command::Sh(ShCommand::Peaks(args)) => args.run(talk)?,
-            Command::Sh(ShCommand::Lights(args)) => args.run(talk)?,
-            Command::Sh(ShCommand::Plot(args)) => args.run()?,
-            Command::Sh(ShCommand::Convert(args)) => args.run()?,
-            Command::Sh(ShCommand::Encode(args)) => args.run(talk)?,
-            Command::Sh(ShCommand::Encodings(args)) => args.run(talk)?,
-            Command::Env(EnvCommand::Info(args)) => args.run(talk)?,
-            Command::Env(EnvCommand::Convert(args)) => args.run(talk)?,
-            Command::Env(EnvCommand::Rotate(args)) => args.run(talk)?,
-            Command::Env(EnvCommand::Adjust(args)) => args.run(talk)?,
-            Command::Env(EnvCommand::Sun(args)) => args.run(talk)?,
-            Command::Env(EnvCommand::Prefilter(args)) => args.run(talk)?,
-            Command::Env(EnvCommand::Show(args)) => args.run(talk)?,
-            Command::Env(EnvCommand::Irradiance(args)) => args.run(talk)?,
-            Command::Env(EnvCommand::Reconstruct(args)) => args.run(talk)?,
-            Command::Env(EnvCommand::Sky(args)) => args.run(talk)?,
-            Command::Env(EnvCommand::VectorIrradiance(args)) => args.run(talk)?,
-            Command::Env(EnvCommand::AreaLight(args)) => args.run()?,
-            Command::Env(EnvCommand::Ambient(args)) => args.run()?,
-            Command::Env(EnvCommand::Dfg(args)) => args.run(talk)?,
-            Command::Export(args) => args.run(talk)?,
-            Command::Import(args) => args.run()?,
-            Command::Man(args) => args.run(with_several(Cli::command()))?,
-            Command::Completions(args) => args.run(with_several(Cli::command()))?,
+            Self::Compress(args) => args.run(talk)?,
+            Self::FitLobes(args) => args.run(talk)?,
+            Self::Field(args) => args.run(talk)?,
+            Self::Lamp(args) => args.run(talk)?,
+            Self::Spheres(args) => args.run(talk)?,
+            Self::Sh(ShCommand::Info(args)) => args.run()?,
+            Self::Sh(ShCommand::Eval(args)) => args.run()?,
+            Self::Sh(ShCommand::Rotate(args)) => args.run()?,
+            Self::Sh(ShCommand::Add(args)) => args.run()?,
+            Self::Sh(ShCommand::Scale(args)) => args.run()?,
+            Self::Sh(ShCommand::Mirror(args)) => args.run()?,
+            Self::Sh(ShCommand::Product(args)) => args.run()?,
+            Self::Sh(ShCommand::Log(args)) => args.run()?,
+            Self::Sh(ShCommand::Exp(args)) => args.run(talk)?,
+            Self::Sh(ShCommand::Incident(args)) => args.run(talk)?,
+            Self::Sh(ShCommand::Convolve(args)) => args.run(talk)?,
+            Self::Sh(ShCommand::Window(args)) => args.run(talk)?,
+            Self::Sh(ShCommand::Dering(args)) => args.run(talk)?,
+            Self::Sh(ShCommand::Min(args)) => args.run(talk)?,
+            Self::Sh(ShCommand::Peaks(args)) => args.run(talk)?,
+            Self::Sh(ShCommand::Lights(args)) => args.run(talk)?,
+            Self::Sh(ShCommand::Plot(args)) => args.run()?,
+            Self::Sh(ShCommand::Convert(args)) => args.run()?,
+            Self::Sh(ShCommand::Encode(args)) => args.run(talk)?,
+            Self::Sh(ShCommand::Encodings(args)) => args.run(talk)?,
+            Self::Env(EnvCommand::Info(args)) => args.run(talk)?,
+            Self::Env(EnvCommand::Convert(args)) => args.run(talk)?,
+            Self::Env(EnvCommand::Rotate(args)) => args.run(talk)?,
+            Self::Env(EnvCommand::Adjust(args)) => args.run(talk)?,
+            Self::Env(EnvCommand::Sun(args)) => args.run(talk)?,
+            Self::Env(EnvCommand::Prefilter(args)) => args.run(talk)?,
+            Self::Env(EnvCommand::Show(args)) => args.run(talk)?,
+            Self::Env(EnvCommand::Irradiance(args)) => args.run(talk)?,
+            Self::Env(EnvCommand::Reconstruct(args)) => args.run(talk)?,
+            Self::Env(EnvCommand::Sky(args)) => args.run(talk)?,
+            Self::Env(EnvCommand::VectorIrradiance(args)) => args.run(talk)?,
+            Self::Env(EnvCommand::AreaLight(args)) => args.run()?,
+            Self::Env(EnvCommand::Ambient(args)) => args.run()?,
+            Self::Env(EnvCommand::Dfg(args)) => args.run(talk)?,
+            Self::Export(args) => args.run(talk)?,
+            Self::Import(args) => args.run()?,
+            Self::Man(args) => args.run(with_several(Cli::command()))?,
+            Self::Completions(args) => args.run(with_several(Cli::command()))?,
         }
         Ok(())
     }
