@@ -8,7 +8,7 @@ use lobe_prt::{
     Baked, BakedGlb, Channels, CompressOptions, CompressedTransfer, Recipe, Transfer, WeightBits, read_baked,
     read_baked_or_scene,
 };
-use lobe_scene::{Scene, SceneReadOptions, built_in};
+use lobe_scene::{Mesh, Scene, SceneReadOptions, built_in};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -178,7 +178,7 @@ fn an_object_that_was_moved_or_turned_after_the_bake_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let scene = built_in::ball_over_ground(16);
     let cosines = |normal: &[f32; 3]| [0.9, -0.5 * normal[1], 0.5 * normal[2], -0.5 * normal[0]];
-    let numbers = scene.meshes().iter().flat_map(|mesh| mesh.normals()).flat_map(cosines).collect();
+    let numbers = scene.meshes().iter().flat_map(Mesh::normals).flat_map(cosines).collect();
     let transfer = Transfer::new(2, Channels::Gray, numbers).unwrap();
     let path = folder.path().join("baked.glb");
     BakedGlb::of_scene(&scene).write(&path, &transfer, &Recipe::default(), Job::default()).unwrap();
