@@ -2,8 +2,9 @@
 //!
 //! `values` parses numbers. `asked_job` takes the options of a job from a file or the command line. `input`,
 //! `map_input`, `scene_input` and `transfer_input` open files. `output`, `map_output` and
-//! `picture` check and write them; `fisheye` is how `map_input` reads some. `memory`,
-//! `scene_limits`, `sharing` and `turn` are options, `names` declares the values of others. Uses `run`.
+//! `picture` check and write them; `fisheye` is how `map_input` reads some. `number_file` and `npy` are numbers of
+//! other libraries. `memory`, `scene_limits`, `sharing` and `turn` are options, `names` declares the values of others.
+//! Uses `run`.
 
 pub(crate) mod asked_job;
 pub(crate) mod fisheye;
@@ -12,6 +13,8 @@ pub(crate) mod map_input;
 pub(crate) mod map_output;
 pub(crate) mod memory;
 pub(crate) mod names;
+mod npy;
+pub(crate) mod number_file;
 pub(crate) mod output;
 pub(crate) mod picture;
 pub(crate) mod scene_input;

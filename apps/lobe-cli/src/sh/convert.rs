@@ -11,8 +11,8 @@ use lobe::sh::expansion::Quantity;
 use lobe::sh::sh_json::{FileCoefficients, ShFile};
 
 use crate::args::input::ShInput;
+use crate::args::number_file::{Kind, array_of, bytes_of, text};
 use crate::args::output::{ShOutput, prepare_file, print};
-use crate::sh::number_file::{Kind, array_of, bytes_of, text};
 
 #[derive(Args)]
 #[command(group = ArgGroup::new("way").required(true))]

@@ -1,5 +1,4 @@
-//! `lobe sh`: commands on expansions in .sh.json files, a file each. `number_file` and `npy` are files of other
-//! libraries, for `convert`. Uses `args` and `run`.
+//! `lobe sh`: commands on expansions in .sh.json files, a file each. Uses `args` and `run`.
 
 pub(crate) mod add;
 pub(crate) mod convert;
@@ -15,8 +14,6 @@ pub(crate) mod lights;
 pub(crate) mod log;
 pub(crate) mod min;
 pub(crate) mod mirror;
-mod npy;
-mod number_file;
 pub(crate) mod peaks;
 pub(crate) mod plot;
 pub(crate) mod product;

@@ -10,15 +10,15 @@ use lobe::io::IoError;
 use lobe::sh::convention::{ArrayNumbers, CoefficientArray, Harmonics, NamedConvention};
 use serde_json::Value;
 
+use crate::args::npy::{MAGIC, npy_bytes, read_npy};
 use crate::args::output::has_extension;
-use crate::sh::npy::{MAGIC, npy_bytes, read_npy};
 
 /// No array of order 256 needs more bytes, in any kind of file.
 const MOST_BYTES: u64 = 64 << 20;
 
 /// A kind of file to write.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     Npy,
     Json,
     Text,
@@ -26,7 +26,7 @@ pub(super) enum Kind {
 
 impl Kind {
     /// By the ending of a name.
-    pub(super) fn of(path: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn of(path: &Path) -> anyhow::Result<Self> {
         if path.to_string_lossy().to_ascii_lowercase().ends_with(".sh.json") {
             bail!("-o: {}: --to writes the numbers of a library; name it .npy, .json or .txt", path.display());
         }
@@ -38,7 +38,7 @@ impl Kind {
     }
 
     /// The bytes of a file.
-    pub(super) fn bytes(self, array: &CoefficientArray, convention: &NamedConvention) -> Vec<u8> {
+    pub(crate) fn bytes(self, array: &CoefficientArray, convention: &NamedConvention) -> Vec<u8> {
         match self {
             Self::Npy => npy_bytes(array),
             Self::Json => json(array).into_bytes(),
@@ -48,7 +48,7 @@ impl Kind {
 }
 
 /// The bytes of a file, or of stdin for `-`.
-pub(super) fn bytes_of(path: &Path, name: &str) -> anyhow::Result<Vec<u8>> {
+pub(crate) fn bytes_of(path: &Path, name: &str) -> anyhow::Result<Vec<u8>> {
     let bytes = if path == Path::new("-") {
         let mut bytes = Vec::new();
         let read = std::io::stdin().lock().take(MOST_BYTES + 1).read_to_end(&mut bytes);
@@ -68,7 +68,7 @@ pub(super) fn bytes_of(path: &Path, name: &str) -> anyhow::Result<Vec<u8>> {
 }
 
 /// The array that a file holds, in the shape of the convention.
-pub(super) fn array_of(bytes: &[u8], convention: &NamedConvention) -> anyhow::Result<CoefficientArray> {
+pub(crate) fn array_of(bytes: &[u8], convention: &NamedConvention) -> anyhow::Result<CoefficientArray> {
     if bytes.starts_with(MAGIC) {
         return read_npy(bytes);
     }
@@ -230,7 +230,7 @@ fn json(array: &CoefficientArray) -> String {
 }
 
 /// A number on each line, and a blank line between channels.
-pub(super) fn text(array: &CoefficientArray, convention: &NamedConvention) -> String {
+pub(crate) fn text(array: &CoefficientArray, convention: &NamedConvention) -> String {
     let count = array.numbers.len();
     let channels = convention.convention().channels_and_order(&array.shape, "").map_or(1, |(channels, _)| channels);
     let channel = count / channels;

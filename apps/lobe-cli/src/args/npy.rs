@@ -12,7 +12,7 @@ use anyhow::{Context as _, bail, ensure};
 use lobe::sh::convention::{ArrayNumbers, CoefficientArray};
 
 /// The first bytes.
-pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
+pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
 
 /// Numbers begin at a multiple of so many bytes.
 const ALIGNMENT: usize = 64;
@@ -100,7 +100,7 @@ fn split(bytes: &[u8]) -> anyhow::Result<(&str, &[u8])> {
 /// # Errors
 /// If the file is cut off or longer than its shape says, or holds other things than real or complex numbers of 4 or 8
 /// bytes.
-pub(super) fn read_npy(bytes: &[u8]) -> anyhow::Result<CoefficientArray> {
+pub(crate) fn read_npy(bytes: &[u8]) -> anyhow::Result<CoefficientArray> {
     let (header, data) = split(bytes)?;
     let item = Item::of(field(header, "descr")?)?;
     let is_fortran = field(header, "fortran_order")?.starts_with("True");
@@ -134,7 +134,7 @@ fn fortran_place(mut i: usize, shape: &[usize]) -> usize {
 }
 
 /// The bytes of a file of version 1: `<f8` or `<c16`, in C order.
-pub(super) fn npy_bytes(array: &CoefficientArray) -> Vec<u8> {
+pub(crate) fn npy_bytes(array: &CoefficientArray) -> Vec<u8> {
     let descr = if matches!(array.numbers, ArrayNumbers::Complex(_)) { "<c16" } else { "<f8" };
     let lengths: String = array.shape.iter().map(|length| format!("{length}, ")).collect();
     // A tuple of one has its comma, others none at the end.
