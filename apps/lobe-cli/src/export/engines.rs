@@ -19,8 +19,8 @@ use crate::run::talk::Talk;
 /// The name that stands for all engines.
 const ALL: &str = "all";
 
-/// Bytes for each texel of the faces: the source, twice as fine, a cube of the whole sky, a chain for each of up to four
-/// spacings of levels, and what one of them is encoded in; all files together, at most as many bytes.
+/// Bytes for each texel of the faces: the source, twice as fine, a cube of the whole sky, a chain for each of up to
+/// four spacings of levels, and what one of them is encoded in; all files together, at most as many bytes.
 const OF_CHAINS: u64 = 256;
 
 #[derive(Args)]

@@ -27,10 +27,10 @@ Examples:
   lobe export shader ahd_eval --lang spirv -o ahd.spv     a compute program for Vulkan
 
 Functions take coefficients as .sh.json has them, and the numbers of lobe sh encode. Vectors
-are unit vectors in Lobe's frame, +z up; those of h_basis and hl2 in the frame of the surface. The text has no entry point, binding or #version.
-A .spv reads rows of numbers from storage buffer 0, all arguments of a call one after the
-other, and writes rows of results to storage buffer 1. Its entry point is main, and a
-workgroup has 64 rows.";
+are unit vectors in Lobe's frame, +z up; those of h_basis and hl2 in the frame of the surface.
+The text has no entry point, binding or #version. A .spv reads rows of numbers from storage
+buffer 0, all arguments of a call one after the other. It writes rows of results to storage
+buffer 1. Its entry point is main, and a workgroup has 64 rows.";
 
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]

@@ -235,8 +235,8 @@ fn name_of(file: &OsStr) -> OsString {
     folder.filter(|_| stem.to_string_lossy().contains('%')).unwrap_or(stem).to_owned()
 }
 
-/// Refuses results that would be one file, on systems that do not tell letters by their case too, and a result that would
-/// be written over one of the files.
+/// Refuses results that would be one file, on systems that do not tell letters by their case too, and a result that
+/// would be written over one of the files.
 fn expect_apart(lines: &[One]) -> anyhow::Result<()> {
     let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let files: BTreeSet<PathBuf> = lines.iter().map(|one| whole(&one.file)).collect();

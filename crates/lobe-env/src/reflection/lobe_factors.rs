@@ -32,8 +32,8 @@ impl LobeFactors {
     /// that much of it is below the horizon.
     pub const LEAST_ABOVE: f64 = 0.05;
 
-    /// Below this hidden part of the hemisphere, the radiance of what hides it, a ratio of two small numbers, is that of
-    /// so large a part.
+    /// Below this hidden part of the hemisphere, the radiance of what hides it, a ratio of two small numbers, is that
+    /// of so large a part.
     pub const LEAST_HIDDEN: f64 = 0.02;
 
     /// The factors of this many bands.

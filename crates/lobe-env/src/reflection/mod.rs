@@ -1,6 +1,6 @@
 //! Reflectance: models ([`brdf`]), their lobes ([`specular_lobe`]), their reflectance in uniform light ([`dfg`]), the
-//! second factor of the split-sum approximation, and a table of it and of where lobes point ([`lobe_table`]), and how they blur expansions
-//! ([`lobe_factors`]).
+//! second factor of the split-sum approximation, and a table of it and of where lobes point ([`lobe_table`]), and how
+//! they blur expansions ([`lobe_factors`]).
 //!
 //! Read [`brdf`] first. Uses no other room.
 

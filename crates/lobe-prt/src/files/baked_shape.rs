@@ -22,7 +22,7 @@ const MOST_TURNED: f64 = 0.1;
 /// What does not change where a program orders, merges or rounds vertices.
 ///
 /// ```text
-///   alignment = Σ n·v / Σ |v|,   v = (-T_3, -T_1, T_2) of all channels together: where the light of a vertex comes from
+///   alignment = Σ n·v / Σ |v|,   v = (-T_3, -T_1, T_2) of all channels: where light comes from
 /// ```
 ///
 /// A ball that is turned about its center has the same bounds, and another alignment.

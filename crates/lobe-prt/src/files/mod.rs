@@ -6,8 +6,8 @@
 //!
 //! `baked_glb` writes scenes whose vertices carry transfer, laid out as `baked_layout` and `baked_compressed` say.
 //! `baked_extras` and `baked_shape` describe it. `read_baked` reads them, their backs by `baked_backs`. `lightmap_glb`
-//! writes those with a lightmap, with `new_vertices` where a file was unwrapped. `glb_writer` is the container. Uses `bake`, `compression`, `job`,
-//! `receivers`, `recipe`, `transfer` and `zonal`.
+//! writes those with a lightmap, with `new_vertices` where a file was unwrapped. `glb_writer` is the container. Uses
+//! `bake`, `compression`, `job`, `receivers`, `recipe`, `transfer` and `zonal`.
 
 pub(crate) mod any_transfer;
 pub(crate) mod baked_backs;

@@ -21,9 +21,9 @@ use crate::scalar::Coefficient;
 ///   Projection  q stands above instead: c = ∫ f conj(Y) ds, where c of an expansion has f = Σ c Y
 /// ```
 ///
-/// Complex numbers are those of [`complex_from_real`](crate::basis::complex_from_real). There and back change no coefficient by more than 4 units of
-/// its last place (test `there_and_back_changes_the_last_digits_alone`). Axes of e3nn take a matrix for each band,
-/// and leave 1e-14 of the largest coefficient of a band at order 20.
+/// The step from real to complex is that of [`complex_from_real`](crate::basis::complex_from_real). There and back
+/// change no coefficient by more than 4 units of its last place (test `there_and_back_changes_the_last_digits_alone`).
+/// Axes of e3nn take a matrix for each band, and leave 1e-14 of the largest coefficient of a band at order 20.
 ///
 /// ```
 /// use lobe_sh::convention::NamedConvention;
@@ -319,6 +319,25 @@ mod tests {
         let k = m.unsigned_abs();
         let sign = if convention.phase { 1.0 } else { sign(k) };
         eval_complex(l, m, s).map(|part| part * sign * convention.normalization.length(l, k, true))
+    }
+
+    #[test]
+    fn complex_projections_of_an_impulse_are_the_conjugated_functions_towards_it() {
+        let convention = Convention {
+            harmonics: Harmonics::Complex,
+            normalization: BasisNormalization::Schmidt,
+            meaning: Meaning::Projection,
+            ..Convention::LOBE
+        };
+        for s in directions().into_iter().map(Dir::from_unit) {
+            let array = convention.encode(&ShVec::impulse(4, s, 1.0)).unwrap();
+            for (i, (l, m)) in (0..16).map(band_and_m).enumerate() {
+                let [re, im] = complex_value(&convention, l, m, s);
+                let [found_re, found_im] = array.numbers.complex(i);
+                let off = (found_re - re).hypot(found_im + im);
+                assert!(off < 1e-14, "l = {l}, m = {m}: {found_re} {found_im:+}i for the conjugate of {re} {im:+}i");
+            }
+        }
     }
 
     #[test]
